@@ -1,6 +1,6 @@
-// Cost of the pose graph: vehicles that follow each other with one node and one range to each of
-// the others per second, every fourth stretch of 20 nodes blind and inertial. Arguments: vehicles,
-// nodes of each.
+// Cost of the pose graph. Vehicles follow each other with one node and one range to each of the
+// others per second. Every fourth interval of 20 nodes is degenerate and inertial. Arguments:
+// vehicles, nodes of each.
 #include <numeric>
 
 #include <Eigen/SparseCholesky>
@@ -31,22 +31,22 @@ InertialFactor even_second(Seq i, Rng& rng) {
 }
 
 constexpr int kStretch = 20;
-constexpr int kBlindEach = 4;
+constexpr int kDegenerateEach = 4;
 
-bool is_blind(int k) { return (k / kStretch) % kBlindEach == kBlindEach - 1; }
+bool is_degenerate(int k) { return (k / kStretch) % kDegenerateEach == kDegenerateEach - 1; }
 
-// One vehicle's nodes: poses, and states where the next or last step is blind.
+// One vehicle's nodes: poses, and states where the next or previous step is degenerate.
 void add_path(PoseGraph& graph, int vehicle, int nodes, Rng& rng) {
   const double y = 3.0 * vehicle;
   KeyframeState x;
   x.T_odom_body.p = {0.0, y, 0.0};
   x.v_odom_mps = {1.0, 0.0, 0.0};
   for (int k = 0; k < nodes; ++k) {
-    const bool state = is_blind(k) || is_blind(k + 1);
-    const bool blind = is_blind(k);
+    const bool state = is_degenerate(k) || is_degenerate(k + 1);
+    const bool degenerate = is_degenerate(k);
     RelativePoseFactor lidar;
     lidar.T_i_j.p = {1.0 + 0.01 * rng.normal(), 0.005 * rng.normal(), 0.005 * rng.normal()};
-    lidar.information.diagonal() << 8e6, 8e6, 8e6, blind ? 0.0 : 1e4, 4e4, 4e4;
+    lidar.information.diagonal() << 8e6, 8e6, 8e6, degenerate ? 0.0 : 1e4, 4e4, 4e4;
     if (k > 0) x.T_odom_body = x.T_odom_body * lidar.T_i_j;
     const Seq seq = state ? graph.add_state(x) : graph.add_pose(x.T_odom_body);
     if (k == 0) {
@@ -56,7 +56,7 @@ void add_path(PoseGraph& graph, int vehicle, int nodes, Rng& rng) {
     lidar.i = seq - 1;
     lidar.j = seq;
     graph.add(lidar);
-    if (blind) graph.add(even_second(seq - 1, rng));
+    if (degenerate) graph.add(even_second(seq - 1, rng));
   }
 }
 
@@ -125,14 +125,14 @@ void judge_loops_of_fleet(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(graph.judge(loops, executor));
 }
 
-/// The pattern of such a fleet: paths, a range between each two vehicles at each node, and the
-/// biases of the pairs. Diagonally dominant, so that every solver can factor it.
+/// The sparsity pattern of such a fleet: paths, a range between every two vehicles at each node,
+/// and the biases of the pairs. Diagonally dominant, so that every solver can factor it.
 BlockMatrix matrix_of_fleet(int vehicles, int nodes) {
   std::vector<int> dims;
   std::vector<std::pair<int, int>> pairs;
   for (int v = 0; v < vehicles; ++v) {
     for (int k = 0; k < nodes; ++k) {
-      dims.push_back(is_blind(k) || is_blind(k + 1) ? kStateDim : kPoseDim);
+      dims.push_back(is_degenerate(k) || is_degenerate(k + 1) ? kStateDim : kPoseDim);
       if (k > 0) pairs.emplace_back(v * nodes + k, v * nodes + k - 1);
     }
   }
@@ -203,7 +203,7 @@ Eigen::SparseMatrix<double> sparse_of(const BlockMatrix& H) {
   return sparse;
 }
 
-/// The same by Eigen's SimplicialLLT, its pattern analysed before.
+/// The same by Eigen's SimplicialLLT, its pattern analysed in advance.
 void factorise_simplicial(benchmark::State& state) {
   const Eigen::SparseMatrix<double> H = sparse_of(matrix_of_fleet(state));
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower> cholesky;

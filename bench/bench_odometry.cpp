@@ -1,6 +1,6 @@
-// Preset robust: what each stage of one sweep costs on one core, and the whole of it.
+// Preset robust: cost of each stage of one scan on one core, and of the whole scan.
 //
-// The data are simulated when first asked for (a few seconds) and the same in every run.
+// The data are simulated on first use (a few seconds) and are the same in every run.
 #include <map>
 #include <memory>
 #include <vector>
@@ -21,10 +21,10 @@ using namespace rali;
 using geometry::SE3;
 using geometry::Vec3;
 using odometry::BodyPoints;
-using odometry::SweepMotion;
+using odometry::ScanMotion;
 
-/// One sweep with the true poses of the body within it.
-struct Sweep {
+/// One scan with the true poses of the body during it.
+struct Scan {
   std::shared_ptr<const sensor::LidarScan> scan;
   std::vector<odometry::TimedPose> poses;
 
@@ -34,7 +34,7 @@ struct Sweep {
 struct Recording {
   sensor::Calibration calibration;
   std::vector<vehicle::Event> events;
-  std::vector<Sweep> sweeps;
+  std::vector<Scan> scans;
 };
 
 enum Place { kLoopRs16, kGarageRs16, kFloorHdl64, kPlaces };
@@ -61,15 +61,15 @@ Recording record(const sim::SimOptions& options) {
       out.events.emplace_back(*imu);
       continue;
     }
-    Sweep sweep{std::get<std::shared_ptr<const sensor::LidarScan>>(*message), {}};
-    const double span_s = (sweep.scan->t_end - sweep.scan->t_begin).s();
+    Scan scan{std::get<std::shared_ptr<const sensor::LidarScan>>(*message), {}};
+    const double span_s = (scan.scan->t_end - scan.scan->t_start).s();
     for (int k = 0; k <= 20; ++k) {
       const Time t =
-          k == 20 ? sweep.scan->t_end : sweep.scan->t_begin + Duration::from_s(k * span_s / 20);
-      sweep.poses.push_back({t, sim->truth(t).state.T_world_body});
+          k == 20 ? scan.scan->t_end : scan.scan->t_start + Duration::from_s(k * span_s / 20);
+      scan.poses.push_back({t, sim->truth(t).state.T_world_body});
     }
-    out.events.emplace_back(sweep.scan);
-    out.sweeps.push_back(std::move(sweep));
+    out.events.emplace_back(scan.scan);
+    out.scans.push_back(std::move(scan));
   }
   out.events.emplace_back(vehicle::EndOfData{});
   return out;
@@ -82,15 +82,15 @@ const Recording& recording(Place place) {
                           : made.emplace(place, record(options_of(place))).first->second;
 }
 
-/// What the stages work on: the map of all sweeps but the last, and the last sweep.
+/// Input of the stages: the map of all scans but the last, and the last scan.
 struct Stage {
   explicit Stage(Place place)
       : place_data(recording(place)), sampler(settings.sampling), map(settings.map) {
-    last = &place_data.sweeps.back();
-    for (const Sweep& sweep : place_data.sweeps) {
-      sampler.sample(*sweep.scan);
-      motion_of(sweep).apply(*sweep.scan, sampler.insert_indices(), points);
-      if (&sweep != last) insert(map, sweep.pose());
+    last = &place_data.scans.back();
+    for (const Scan& scan : place_data.scans) {
+      sampler.sample(*scan.scan);
+      motion_of(scan).apply(*scan.scan, sampler.insert_indices(), points);
+      if (&scan != last) insert(map, scan.pose());
     }
     motion_of(*last).apply(*last->scan, sampler.update_indices(), points);
     state.t = last->scan->t_end;
@@ -98,8 +98,8 @@ struct Stage {
     state.P.diagonal().setConstant(1e-4);
   }
 
-  [[nodiscard]] SweepMotion motion_of(const Sweep& sweep) const {
-    return {sweep.poses, sweep.scan->t_begin, place_data.calibration.T_body_lidar};
+  [[nodiscard]] ScanMotion motion_of(const Scan& scan) const {
+    return {scan.poses, scan.scan->t_start, place_data.calibration.T_body_lidar};
   }
 
   void insert(odometry::PlaneMap& to, const SE3& T) const {
@@ -113,18 +113,18 @@ struct Stage {
   [[nodiscard]] odometry::Matcher matched() const {
     odometry::Matcher matcher(settings.match);
     matcher.set_points(points, place_data.calibration.T_body_lidar.p);
-    matcher.match(map, state.T_odom_body, prior(), false);
+    matcher.match(map, state.T_odom_body, prior(), odometry::Reach::kPoints);
     return matcher;
   }
 
   [[nodiscard]] geometry::Mat6 prior() const { return state.P.topLeftCorner<6, 6>(); }
 
   const Recording& place_data;
-  const Sweep* last = nullptr;
+  const Scan* last = nullptr;
   odometry::RobustSettings settings;
-  odometry::ScanSampler sampler;  ///< after the last sweep
+  odometry::ScanSampler sampler;  ///< state after the last scan
   odometry::PlaneMap map;
-  BodyPoints points;  ///< of the last sweep that move the pose
+  BodyPoints points;  ///< registration points of the last scan
   odometry::FilterState state;
 };
 
@@ -136,8 +136,8 @@ const Stage& stage(const benchmark::State& state) {
 
 void label(benchmark::State& state) { state.SetLabel(kPlaceNames[state.range(0)]); }
 
-/// Items are sweeps: 1 / items_per_second is what one sweep costs.
-void vehicle_sweeps(benchmark::State& state) {
+/// Items are scans: 1 / items_per_second is the cost of one scan.
+void vehicle_scans(benchmark::State& state) {
   const Recording& r = recording(static_cast<Place>(state.range(0)));
   vehicle::VehicleSettings settings;
   settings.calibration = r.calibration;
@@ -151,9 +151,9 @@ void vehicle_sweeps(benchmark::State& state) {
     }
     benchmark::DoNotOptimize(v.state_hash());
   }
-  const auto sweeps = static_cast<double>(r.sweeps.size());
+  const auto scans = static_cast<double>(r.scans.size());
   state.counters["per_sweep"] =
-      benchmark::Counter(sweeps * static_cast<double>(state.iterations()),
+      benchmark::Counter(scans * static_cast<double>(state.iterations()),
                          benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
   label(state);
 }
@@ -236,7 +236,7 @@ void map_prune(benchmark::State& state) {
   settings.keep_radius_m = 10.0;
   odometry::PlaneMap full(settings);
   s.insert(full, s.last->pose());
-  for (const Sweep& sweep : s.place_data.sweeps) s.insert(full, sweep.pose());
+  for (const Scan& scan : s.place_data.scans) s.insert(full, scan.pose());
   odometry::PlaneMap map = full;
   for (auto _ : state) {
     state.PauseTiming();
@@ -254,7 +254,7 @@ void match(benchmark::State& state) {
   odometry::Matcher matcher(s.settings.match);
   for (auto _ : state) {
     matcher.set_points(s.points, s.place_data.calibration.T_body_lidar.p);
-    matcher.match(s.map, s.state.T_odom_body, s.prior(), false);
+    matcher.match(s.map, s.state.T_odom_body, s.prior(), odometry::Reach::kPoints);
   }
   state.counters["points"] = static_cast<double>(s.points.size());
   label(state);
@@ -328,7 +328,7 @@ void keyframe(benchmark::State& state) {
   label(state);
 }
 
-/// The features behind the paper's detector, which runs beside the odometry.
+/// The features of the paper's detector, which runs beside the odometry.
 void paper_features(benchmark::State& state) {
   const Stage& s = stage(state);
   odometry::paper::PlanarFeatureExtractor extractor;
@@ -346,7 +346,7 @@ constexpr auto kEverywhere = [](auto* b) {
   b->Unit(benchmark::kMicrosecond);
 };
 
-BENCHMARK(vehicle_sweeps)->DenseRange(0, kPlaces - 1)->Unit(benchmark::kMillisecond);
+BENCHMARK(vehicle_scans)->DenseRange(0, kPlaces - 1)->Unit(benchmark::kMillisecond);
 BENCHMARK(sample)->Apply(kEverywhere);
 BENCHMARK(deskew)->Apply(kEverywhere);
 BENCHMARK(deskew_all)->Apply(kEverywhere);

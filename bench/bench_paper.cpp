@@ -1,4 +1,4 @@
-// Preset paper: what one sweep of 28,800 points (16 rings) costs on one core.
+// Preset paper: cost of one scan of 28,800 points (16 rings) on one core.
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -15,11 +15,11 @@ using odometry::paper::testing::Drive;
 using odometry::paper::testing::Imu;
 using odometry::paper::testing::Lidar;
 using odometry::paper::testing::Room;
-using odometry::paper::testing::sweep;
+using odometry::paper::testing::scan;
 
 void feature_extraction(benchmark::State& state) {
   Rng rng(1);
-  const sensor::LidarScan scan = sweep(Room{}, Drive{}, Lidar{}, 1.0, rng);
+  const sensor::LidarScan scan = odometry::paper::testing::scan(Room{}, Drive{}, Lidar{}, 1.0, rng);
   odometry::paper::PlanarFeatureExtractor extractor;
   odometry::paper::PlanarFeatures features;
   for (auto _ : state) {
@@ -38,7 +38,7 @@ void whole_scan(benchmark::State& state) {
   const Imu imu;
   std::vector<sensor::LidarScan> scans;
   std::vector<sensor::ImuSample> samples;
-  for (int k = 1; k <= 40; ++k) scans.push_back(sweep(Room{}, drive, Lidar{}, 0.1 * k, rng));
+  for (int k = 1; k <= 40; ++k) scans.push_back(scan(Room{}, drive, Lidar{}, 0.1 * k, rng));
   for (int k = 0; k <= 810; ++k) samples.push_back(imu.sample(drive, 0.005 * k, rng));
   SerialExecutor executor;
   for (auto _ : state) {
@@ -58,7 +58,7 @@ BENCHMARK(whole_scan)->Unit(benchmark::kMillisecond);
 
 void octree_overlap(benchmark::State& state) {
   Rng rng(1);
-  const sensor::LidarScan scan = sweep(Room{}, Drive{}, Lidar{}, 1.0, rng);
+  const sensor::LidarScan scan = odometry::paper::testing::scan(Room{}, Drive{}, Lidar{}, 1.0, rng);
   odometry::paper::Octree tree;
   tree.build(scan.x_m, scan.y_m, scan.z_m);
   for (auto _ : state) {

@@ -25,7 +25,7 @@ rali::Scan tunnel_scan(std::int64_t stamp_ns) {
       const double to_wall = std::abs(y) > 1e-9 ? 2.0 / std::abs(y) : 1e9;
       const double to_ground = z < -1e-9 ? 1.0 / -z : z > 1e-9 ? 2.0 / z : 1e9;
       const double range_m = std::min(to_wall, to_ground);
-      scan.x_m.push_back(static_cast<float>(range_m * x));  // what is too far is left out
+      scan.x_m.push_back(static_cast<float>(range_m * x));  // points out of range are dropped
       scan.y_m.push_back(static_cast<float>(range_m * y));
       scan.z_m.push_back(static_cast<float>(range_m * z));
       scan.ring.push_back(static_cast<std::uint16_t>(ring));

@@ -19,7 +19,7 @@ Status set_scenes(const std::string& text, Arguments& a) {
   return {};
 }
 
-/// One option of the simulation, e.g. motion.standstill_s=0, by the names of its visit().
+/// Sets one option of the simulation, e.g. motion.standstill_s=0, by the names of its visit().
 Status set_sim(const std::string& assignment, Arguments& a) {
   const auto node = config::parse_assignment(assignment);
   if (!node) return tl::make_unexpected(node.error());

@@ -14,14 +14,13 @@ struct Arguments {
   std::vector<std::string> settings;  ///< key=value for the vehicle
   sim::SimOptions sim;                ///< scene and seed are replaced
   std::string dump_dir, cache_dir;
-  std::string into;                ///< FILE:NAME, the table goes there as well
-  std::vector<std::string> words;  ///< as given
-  bool per_run = false;            ///< one row for each run besides the summary
+  std::string into;                ///< FILE:NAME, the table is also written there
+  std::vector<std::string> words;  ///< command line as given
+  bool per_run = false;            ///< one row for each run, in addition to the summary
 };
 
-/// @return the arguments, or the exit code with which the program ends: 0 after --help, 2 where
-/// they
-///         are wrong (a sentence on stderr).
+/// @return the arguments, or the exit code with which the program ends: 0 after --help, 2 if they
+/// are wrong (a sentence on stderr).
 [[nodiscard]] tl::expected<Arguments, int> parse_arguments(int argc, const char* const* argv);
 
 }  // namespace rali::accuracy

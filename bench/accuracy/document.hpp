@@ -7,10 +7,10 @@
 
 namespace rali::accuracy {
 
-/// The command that makes these runs again, without the options that do not change figures.
+/// The command that reproduces these runs, without options that do not change figures.
 [[nodiscard]] std::string command_of(const std::vector<std::string>& words);
 
-/// One row per scene and preset, the columns a reader asks for first: median / worst over seeds.
+/// One row per scene and preset, most requested columns only: median / worst over seeds.
 [[nodiscard]] std::string short_table(const std::vector<Scores>& runs);
 
 }  // namespace rali::accuracy

@@ -37,38 +37,38 @@ bool get(std::FILE* file, T& value) {
   return std::fread(&value, sizeof(T), 1, file) == 1;
 }
 
-// Plain numbers only, so that a struct is its bytes.
+// Plain numbers only, so that a struct can be written as its bytes.
 struct FileHead {
   std::uint64_t magic;
   sensor::Calibration calibration;
-  double way_m;
+  double path_m;
 };
 
 struct FileScan {
   std::int64_t number;
-  std::int64_t t_begin_ns;
+  std::int64_t t_start_ns;
   eval::StampedPose truth;
 };
 
 enum class Tag : std::uint8_t { kEnd, kImu, kScan };
 
-bool put_scan(std::FILE* file, const sim::RawSweep& raw, Time t_begin,
+bool put_scan(std::FILE* file, const sim::RawScan& raw, Time t_start,
               const eval::StampedPose& truth) {
-  const FileScan head{raw.number, t_begin.ns, truth};
+  const FileScan head{raw.number, t_start.ns, truth};
   const std::size_t n = raw.range_steps.size();
   return put(file, Tag::kScan) && put(file, head) &&
          std::fwrite(raw.range_steps.data(), 2, n, file) == n &&
          std::fwrite(raw.intensity.data(), 1, n, file) == n;
 }
 
-/// Casts the recording, tells the listener and, if `file` is open, keeps it.
+/// Simulates the recording, calls the listener and, if `file` is open, stores it.
 Status cast(const sim::SimOptions& options, std::FILE* file, const Listener& listener) {
   auto made = sim::make_simulation(options);
   if (!made) return tl::make_unexpected(made.error());
   sim::Simulation& sim = **made;
   bool kept = true;
-  if (file != nullptr) kept = put(file, FileHead{kMagic, sim.calibration_nominal(), sim.way_m()});
-  listener.on_head({sim.calibration_nominal(), sim.way_m()});
+  if (file != nullptr) kept = put(file, FileHead{kMagic, sim.calibration_nominal(), sim.path_m()});
+  listener.on_head({sim.calibration_nominal(), sim.path_m()});
   while (auto message = sim.next()) {
     if (const auto* imu = std::get_if<sensor::ImuSample>(&*message)) {
       if (file != nullptr) kept = kept && put(file, Tag::kImu) && put(file, *imu);
@@ -77,7 +77,7 @@ Status cast(const sim::SimOptions& options, std::FILE* file, const Listener& lis
     }
     auto& scan = std::get<std::shared_ptr<const sensor::LidarScan>>(*message);
     const eval::StampedPose truth{scan->t_end, sim.truth(scan->t_end).state.T_world_body};
-    if (file != nullptr) kept = kept && put_scan(file, sim.last_raw_sweep(), scan->t_begin, truth);
+    if (file != nullptr) kept = kept && put_scan(file, sim.last_raw_scan(), scan->t_start, truth);
     listener.on_scan(std::move(scan), truth);
   }
   if (file != nullptr) kept = kept && put(file, Tag::kEnd) && std::fflush(file) == 0;
@@ -93,7 +93,7 @@ Status damaged(const std::string& path) {
 Status read_scan(std::FILE* file, const sim::LidarModel& model, double resolution_m,
                  const std::string& path, const Listener& listener) {
   FileScan head{};
-  sim::RawSweep raw;
+  sim::RawScan raw;
   const auto n =
       static_cast<std::size_t>(model.rings()) * static_cast<std::size_t>(model.firings());
   raw.range_steps.resize(n);
@@ -103,7 +103,7 @@ Status read_scan(std::FILE* file, const sim::LidarModel& model, double resolutio
     return damaged(path);
   }
   raw.number = head.number;
-  listener.on_scan(sim::expand(raw, model, resolution_m, Time::from_ns(head.t_begin_ns)),
+  listener.on_scan(sim::expand(raw, model, resolution_m, Time::from_ns(head.t_start_ns)),
                    head.truth);
   return {};
 }
@@ -112,7 +112,7 @@ Status replay(const sim::SimOptions& options, std::FILE* file, const std::string
               const Listener& listener) {
   FileHead head{};
   if (!get(file, head) || head.magic != kMagic) return damaged(path);
-  listener.on_head({head.calibration, head.way_m});
+  listener.on_head({head.calibration, head.path_m});
   const sim::LidarModel model(options.lidar);
   for (Tag tag{}; get(file, tag);) {
     if (tag == Tag::kEnd) return {};
@@ -148,7 +148,7 @@ Status play(const sim::SimOptions& options, const std::string& cache_dir,
     const File file(std::fopen(path.c_str(), "rb"));
     return replay(options, file.get(), path, listener);
   }
-  // Written under another name first: a run that is stopped leaves no half recording.
+  // Written under another name first, so that an interrupted run leaves no partial recording.
   const std::string half = fmt::format("{}.{}", path, getpid());
   const File file(std::fopen(half.c_str(), "wb"));
   if (!file) return fail(ErrorCode::kMachine, half, "the file cannot be opened", "Check --cache.");

@@ -8,13 +8,13 @@
 
 namespace rali::accuracy {
 
-/// What stands before the messages of a recording.
+/// Header of a recording, before its messages.
 struct RecordingHead {
-  sensor::Calibration calibration;  ///< nominal, as a user has it
-  double way_m = 0.0;
+  sensor::Calibration calibration;  ///< nominal, as known to a user
+  double path_m = 0.0;
 };
 
-/// What a recording tells: truth comes with each sweep, for its last point.
+/// Callbacks for a recording; each scan comes with the true pose at its last point.
 struct Listener {
   std::function<void(const RecordingHead&)> on_head;
   std::function<void(const sensor::ImuSample&)> on_imu;
@@ -22,8 +22,8 @@ struct Listener {
       on_scan;
 };
 
-/// Plays the recording of these options. With a cache folder, it is cast once and kept there as
-/// <hash of all options>.rec; later runs read that file. A damaged file is cast anew.
+/// Plays the recording of these options. With a cache folder, it is simulated once and stored there
+/// as <hash of all options>.rec; later runs read that file. A damaged file is simulated again.
 [[nodiscard]] Status play(const sim::SimOptions& options, const std::string& cache_dir,
                           const Listener& listener);
 

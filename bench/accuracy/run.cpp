@@ -57,7 +57,7 @@ Result<vehicle::VehicleSettings> settings_of(const RunOptions& options, const Re
   return settings;
 }
 
-/// Feeds the vehicle and collects its poses with the CPU time they took.
+/// Feeds the vehicle and collects its poses with their CPU time.
 class Driver {
  public:
   void start(const vehicle::VehicleSettings& settings) { vehicle_.emplace(VehicleId{1}, settings); }
@@ -81,7 +81,7 @@ class Driver {
 
   [[nodiscard]] const eval::PoseList& truth() const { return truth_; }
 
-  [[nodiscard]] std::vector<SweepRow>& rows() { return rows_; }
+  [[nodiscard]] std::vector<ScanRow>& rows() { return rows_; }
 
   [[nodiscard]] std::size_t findings() const { return findings_; }
 
@@ -89,7 +89,7 @@ class Driver {
   std::optional<vehicle::Vehicle> vehicle_;
   SerialExecutor executor_;
   vehicle::OutputList out_;
-  std::vector<SweepRow> rows_;
+  std::vector<ScanRow> rows_;
   eval::PoseList truth_;
   double spent_ms_ = 0.0;
   std::size_t findings_ = 0;
@@ -98,14 +98,14 @@ class Driver {
 double rmse(const std::vector<double>& values) { return eval::statistics(values).rmse; }
 
 void score_trajectory(const eval::PairList& pairs, Scores& s) {
-  // Straight routes leave the turn about the line open; then only the start is aligned.
+  // On straight routes the roll about the line is unobservable; then only the start is aligned.
   auto T = eval::align(pairs, eval::Alignment::kSe3);
   if (!T) T = eval::align(pairs, eval::Alignment::kOrigin);
   const eval::Statistics ape = eval::translation_statistics(eval::absolute_errors(pairs, *T));
   s.ape_rmse_m = ape.rmse;
   s.ape_max_m = ape.max;
   s.z_rmse_m = rmse(eval::axis_errors(pairs, *T, Vec3::UnitZ()));
-  s.slip_rmse_m = rmse(eval::along_way_errors(pairs, *T, 2.0));
+  s.slip_rmse_m = rmse(eval::along_path_errors(pairs, *T, 2.0));
   const auto relative = eval::relative_errors(pairs, {10.0, true, 0.1});
   s.rpe10_m = eval::translation_statistics(relative).rmse;
   s.rpe10_deg = eval::rotation_statistics(relative).rmse * 180.0 / std::numbers::pi;
@@ -117,20 +117,20 @@ geometry::Mat6 odom_covariance(const vehicle::PoseEstimate& pose) {
   return vehicle::odom_covariance(pose.covariance, pose.T_local_body, pose.T_odom_body);
 }
 
-/// The frame is that of the first pose, as a user of odometry/<v> has it.
-void score_consistency(const eval::PairList& pairs, const std::vector<SweepRow>& rows, Scores& s) {
+/// Uses the frame of the first pose, as a user of odometry/<v> gets it.
+void score_consistency(const eval::PairList& pairs, const std::vector<ScanRow>& rows, Scores& s) {
   std::vector<geometry::Mat6> covariances;
-  for (const SweepRow& row : rows) covariances.push_back(odom_covariance(row.pose));
+  for (const ScanRow& row : rows) covariances.push_back(odom_covariance(row.pose));
   const SE3 T_est_ref = pairs.front().est * pairs.front().ref.inverse();
   const eval::Consistency six = eval::consistency(pairs, covariances, T_est_ref, 6);
   s.nees6 = six.mean;
-  s.share95 = six.share_within_95;
+  s.fraction95 = six.fraction_within_95;
   s.nees3 = eval::consistency(pairs, covariances, T_est_ref, 3).mean;
 }
 
-void score_effort(const std::vector<SweepRow>& rows, Scores& s) {
+void score_effort(const std::vector<ScanRow>& rows, Scores& s) {
   std::vector<double> cpu;
-  for (const SweepRow& row : rows) {
+  for (const ScanRow& row : rows) {
     cpu.push_back(row.cpu_ms);
     s.weak += row.pose.quality == vehicle::PoseQuality::kWeak ||
                       row.pose.quality == vehicle::PoseQuality::kPredicted
@@ -154,9 +154,9 @@ void write_tum(const std::string& path, const eval::PoseList& poses) {
   std::fclose(file);
 }
 
-/// Errors per sweep with the first poses aligned: where and in which direction it goes wrong.
-void write_sweeps(const std::string& path, const eval::PairList& pairs,
-                  const std::vector<SweepRow>& rows) {
+/// Errors per scan with the first poses aligned: position and direction of the errors.
+void write_scans(const std::string& path, const eval::PairList& pairs,
+                 const std::vector<ScanRow>& rows) {
   std::FILE* file = std::fopen(path.c_str(), "w");
   if (file == nullptr) return;
   const SE3 T_ref_est = pairs.front().ref * pairs.front().est.inverse();
@@ -164,7 +164,7 @@ void write_sweeps(const std::string& path, const eval::PairList& pairs,
              "t_s,error_m,error_deg,ahead_m,left_m,up_m,roll_deg,pitch_deg,yaw_deg,sd_x_m,sd_y_m,"
              "sd_z_m,nees6,nees3,quality,matches,residual_m,cpu_ms\n");
   for (const eval::PosePair& p : pairs) {
-    const SweepRow& row = rows[p.est_index];
+    const ScanRow& row = rows[p.est_index];
     const SE3 E = p.ref.inverse() * (T_ref_est * p.est);
     const Vec3 turn = geometry::so3_log(E.R) * 180.0 / std::numbers::pi;
     const SE3 truth = T_ref_est.inverse() * p.ref;
@@ -184,13 +184,13 @@ void write_sweeps(const std::string& path, const eval::PairList& pairs,
 
 void dump(const std::string& dir, const Scores& s, const eval::PoseList& est,
           const eval::PoseList& truth, const eval::PairList& pairs,
-          const std::vector<SweepRow>& rows) {
+          const std::vector<ScanRow>& rows) {
   std::error_code ignored;
   std::filesystem::create_directories(dir, ignored);
   const std::string stem = fmt::format("{}/{}_{}_{}", dir, s.scene, s.seed, s.preset);
   write_tum(stem + "_estimate.tum", est);
   write_tum(stem + "_truth.tum", truth);
-  write_sweeps(stem + "_sweeps.csv", pairs, rows);
+  write_scans(stem + "_sweeps.csv", pairs, rows);
 }
 
 }  // namespace
@@ -202,19 +202,19 @@ Result<Scores> run(const sim::SimOptions& sim, const RunOptions& options) {
   s.scene = sim::kSceneNames[static_cast<std::size_t>(sim.scene)];
   s.seed = sim.seed;
   s.preset = options.preset;
-  // Settings are checked before a long recording is cast.
+  // Settings are checked before a long recording is simulated.
   if (auto checked = settings_of(options, {}, sim.with_imu); !checked) {
     return tl::make_unexpected(checked.error());
   }
   Listener listener;
   listener.on_head = [&](const RecordingHead& head) {
-    s.way_m = head.way_m;
+    s.path_m = head.path_m;
     driver.start(settings_of(options, head, sim.with_imu).value());
   };
   listener.on_imu = [&](const sensor::ImuSample& imu) { driver.step(imu); };
   listener.on_scan = [&](std::shared_ptr<const sensor::LidarScan> scan,
                          const eval::StampedPose& truth) {
-    ++s.sweeps;
+    ++s.scans;
     driver.add_truth(truth);
     driver.step(std::move(scan));
   };
@@ -222,9 +222,9 @@ Result<Scores> run(const sim::SimOptions& sim, const RunOptions& options) {
   driver.step(vehicle::EndOfData{});
   s.peak_mb = peak_memory_mb();
 
-  std::vector<SweepRow>& rows = driver.rows();
+  std::vector<ScanRow>& rows = driver.rows();
   eval::PoseList est;
-  for (const SweepRow& row : rows) est.push_back({row.pose.t, row.pose.T_odom_body});
+  for (const ScanRow& row : rows) est.push_back({row.pose.t, row.pose.T_odom_body});
   const auto matched =
       eval::associate(est, driver.truth(), {eval::AssociationMode::kNearest, 0.001, 0.0});
   if (!matched) return tl::make_unexpected(matched.error());

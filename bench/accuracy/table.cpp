@@ -29,11 +29,11 @@ constexpr std::array<Column, 14> kColumns{{{"APE rmse m", &Scores::ape_rmse_m, 3
                                            {"RPE 10 m deg", &Scores::rpe10_deg, 2, false},
                                            {"NEES 6", &Scores::nees6, 1, false},
                                            {"NEES 3", &Scores::nees3, 1, false},
-                                           {"in 95 %", &Scores::share95, 2, true},
+                                           {"in 95 %", &Scores::fraction95, 2, true},
                                            {"CPU ms", &Scores::cpu_ms, 1, false},
                                            {"p99 ms", &Scores::cpu_p99_ms, 1, false},
                                            {"peak MB", &Scores::peak_mb, 0, false},
-                                           {"way m", &Scores::way_m, 0, true}}};
+                                           {"way m", &Scores::path_m, 0, true}}};
 
 std::string heading(const char* first, std::span<const Column> columns) {
   std::string titles = fmt::format("| {} |", first);
@@ -67,14 +67,14 @@ std::string summary(const std::vector<Scores>& runs, std::span<const Column> col
     std::size_t weak = 0;
     std::size_t diverged = 0;
     std::size_t poses = 0;
-    std::size_t sweeps = 0;
+    std::size_t scans = 0;
     for (const Scores& s : group) {
       weak += s.weak;
       diverged += s.diverged;
       poses += s.poses;
-      sweeps += s.sweeps;
+      scans += s.scans;
     }
-    out += fmt::format(" {} | {} | {}/{} |\n", weak, diverged, poses, sweeps);
+    out += fmt::format(" {} | {} | {}/{} |\n", weak, diverged, poses, scans);
   }
   return out;
 }
@@ -86,7 +86,7 @@ std::string run_table(const std::vector<Scores>& runs) {
   for (const Scores& s : runs) {
     out += fmt::format("| {} {} {} |", s.scene, s.seed, s.preset);
     for (const Column& c : kColumns) out += fmt::format(" {:.{}f} |", s.*c.value, c.digits);
-    out += fmt::format(" {} | {} | {}/{} |\n", s.weak, s.diverged, s.poses, s.sweeps);
+    out += fmt::format(" {} | {} | {}/{} |\n", s.weak, s.diverged, s.poses, s.scans);
   }
   return out;
 }

@@ -13,8 +13,8 @@ using sim::SimOptions;
 
 namespace {
 
-/// Draws the groups of a case one after the other; each has a stream of its own, so that widening
-/// one range changes nothing drawn for the others.
+/// Draws the groups of a case one after the other. Each has its own random stream, so that widening
+/// one range does not change draws of the others.
 class Draw {
  public:
   Draw(const Ranges& ranges, std::uint64_t seed) : ranges_(ranges) { case_.seed = seed; }
@@ -220,8 +220,8 @@ void Draw::people() {
 
 Span Draw::span(const char* key, Rng& rng) const {
   const double length_s = ranges_.number(key, rng);
-  const double begin_s = rng.uniform(5.0, std::max(6.0, case_.duration_s - length_s));
-  return {begin_s, begin_s + length_s};
+  const double start_s = rng.uniform(5.0, std::max(6.0, case_.duration_s - length_s));
+  return {start_s, start_s + length_s};
 }
 
 void Draw::dropouts() {

@@ -25,12 +25,12 @@ namespace {
 constexpr double kError_m = 0.3;
 constexpr double kSigmas = 4.0;
 constexpr double kLong_s = 2.0;
-constexpr double kNear_s = 5.0;      // a finding within so much of the failure is about it
-constexpr double kWholeRatio = 0.2;  // a finding over more of the run says nothing of a place
+constexpr double kNear_s = 5.0;      // a finding this close to the failure counts as its report
+constexpr double kWholeRatio = 0.2;  // a finding over more of the run does not locate a failure
 constexpr double kNeesStep_s = 5.0;
 constexpr double kTruthGap_s = 0.1;
 
-/// Poses of a file with their covariances of the position, in the file's frame.
+/// Poses of a file with their position covariances, in the file's frame.
 struct Estimates {
   eval::PoseList poses;
   std::vector<Mat3> position;  ///< covariance
@@ -54,9 +54,9 @@ std::optional<Estimates> read(const std::string& path_without_ending) {
   return out;
 }
 
-/// Compares with the truth when the estimate's frame lies at T_world_frame.
+/// Compares with ground truth, given the pose T_world_frame of the estimate's frame.
 TrackScore score(const Estimates& estimates, const Track& track, const SE3& T_world_frame,
-                 Time t_begin) {
+                 Time t_start) {
   TrackScore out;
   double squares = 0.0;
   double nees = 0.0;
@@ -74,7 +74,7 @@ TrackScore score(const Estimates& estimates, const Track& track, const SE3& T_wo
     const eval::StampedPose& pose = estimates.poses[i];
     const auto truth = eval::pose_at(track.truth, pose.t, kTruthGap_s);
     if (!truth) continue;
-    const double t_s = seconds_between(t_begin, pose.t);
+    const double t_s = seconds_between(t_start, pose.t);
     const Vec3 e = T_world_frame.R.transpose() * (truth->p - T_world_frame * pose.T.p);
     const double error_m = e.norm();
     const Mat3& P = estimates.position[i];
@@ -86,7 +86,7 @@ TrackScore score(const Estimates& estimates, const Track& track, const SE3& T_wo
     out.end_m = error_m;
     out.sigma_max_m = std::max(out.sigma_max_m, std::sqrt(P.diagonal().maxCoeff()));
     const bool bad = error_m > kError_m && error_m > kSigmas * sigma_m;
-    // Written so that what is not a number is bad.
+    // Written so that NaN is bad.
     if (bad || !std::isfinite(error_m)) {
       if (!bad_since_s) bad_since_s = t_s;
     } else {
@@ -107,7 +107,7 @@ TrackScore score(const Estimates& estimates, const Track& track, const SE3& T_wo
   return out;
 }
 
-/// The frame of the estimate in the world when both agree at the first pose.
+/// Pose of the estimate's frame in the world if both agree at the first pose.
 std::optional<SE3> frame_at_first(const Estimates& estimates, const Track& track) {
   for (const eval::StampedPose& pose : estimates.poses) {
     if (const auto truth = eval::pose_at(track.truth, pose.t, kTruthGap_s)) {
@@ -117,8 +117,8 @@ std::optional<SE3> frame_at_first(const Estimates& estimates, const Track& track
   return std::nullopt;
 }
 
-/// The same, but up stays up: a map that gravity has levelled is wrong where it is tilted, and what
-/// the first pose did not know of gravity yet is no error of the later ones.
+/// The same with z vertical: in a gravity-aligned map a tilt is an error. The tilt error of the
+/// first pose, before gravity was estimated, must not count for later poses.
 SE3 upright(const SE3& T_world_frame, const SE3& first) {
   const Vec3 forward = T_world_frame.R * Vec3::UnitX();
   SE3 out;
@@ -127,7 +127,7 @@ SE3 upright(const SE3& T_world_frame, const SE3& first) {
   return out;
 }
 
-/// The pose is lost, or may be.
+/// A finding that the pose is or may be lost.
 bool is_lost_finding(const Finding& f) {
   static const std::set<std::string> ids = {"odometry.diverged", "odometry.contradiction",
                                             "monitor.contradiction", "monitor.walls",
@@ -135,31 +135,31 @@ bool is_lost_finding(const Finding& f) {
   return f.severity != Severity::kInfo && ids.contains(f.id);
 }
 
-/// The pose is not known as well as elsewhere.
-bool is_blind_finding(const Finding& f) { return f.id == "odometry.degenerate"; }
+/// A finding that the pose is less certain than elsewhere.
+bool is_degenerate_finding(const Finding& f) { return f.id == "odometry.degenerate"; }
 
 bool covers(const Finding& f, const SilentFailure& failure, const Recording& recording) {
   if (f.vehicle != failure.vehicle || f.t.ns == 0) return false;
-  const double begin_s = seconds_between(recording.t_begin(), f.t);
-  const double end_s = f.t_end.ns > 0 ? seconds_between(recording.t_begin(), f.t_end) : begin_s;
-  const double run_s = seconds_between(recording.t_begin(), recording.t_end());
-  if (end_s - begin_s > kWholeRatio * run_s) return false;
-  return begin_s <= failure.end_s + kNear_s && end_s >= failure.begin_s - kNear_s;
+  const double start_s = seconds_between(recording.t_start(), f.t);
+  const double end_s = f.t_end.ns > 0 ? seconds_between(recording.t_start(), f.t_end) : start_s;
+  const double run_s = seconds_between(recording.t_start(), recording.t_end());
+  if (end_s - start_s > kWholeRatio * run_s) return false;
+  return start_s <= failure.end_s + kNear_s && end_s >= failure.start_s - kNear_s;
 }
 
-/// Adds what failed and was not said.
+/// Adds failures that were not reported.
 void add_silent(const TrackScore& track, const std::string& vehicle, const char* trajectory,
                 const Recording& recording, const FindingList& findings, RunScore& out) {
-  for (const auto& [begin_s, end_s] : track.failures_s) {
-    SilentFailure failure{vehicle, trajectory, begin_s, end_s, track.max_m, track.sigma_max_m};
-    const auto said = [&](auto&& is_one) {
+  for (const auto& [start_s, end_s] : track.failures_s) {
+    SilentFailure failure{vehicle, trajectory, start_s, end_s, track.max_m, track.sigma_max_m};
+    const auto reported = [&](auto&& is_one) {
       return std::any_of(findings.begin(), findings.end(), [&](const Finding& f) {
         return is_one(f) && covers(f, failure, recording);
       });
     };
-    if (said(is_lost_finding)) continue;
-    if (said(is_blind_finding)) {
-      ++out.only_blind;
+    if (reported(is_lost_finding)) continue;
+    if (reported(is_degenerate_finding)) {
+      ++out.only_degenerate;
     } else {
       out.silent.push_back(failure);
     }
@@ -170,7 +170,7 @@ std::string file(const drive::MapSummary& summary, const char* kind, const std::
   return summary.out_dir + '/' + kind + '/' + vehicle;
 }
 
-/// Of the final poses of a group: by all of them, or by the first of its first vehicle.
+/// Frame of the final poses of a group: by all of them, or by the first of its first vehicle.
 std::optional<SE3> final_frame(const Recording& recording, const drive::MapSummary& summary,
                                const std::vector<VehicleId>& group, bool best_fit) {
   eval::PairList pairs;
@@ -187,12 +187,12 @@ std::optional<SE3> final_frame(const Recording& recording, const drive::MapSumma
       }
     }
   }
-  // Positions on one line leave the rotation about it open.
+  // Positions on one line leave the rotation about it unobservable.
   const auto aligned = eval::align(pairs, eval::Alignment::kSe3);
   return aligned ? std::optional<SE3>(*aligned) : first;
 }
 
-/// Of the odometry, and what was said of the vehicle.
+/// Scores the odometry and counts the findings about the vehicle.
 void judge_alone(const Recording& recording, const drive::MapSummary& summary, std::size_t v,
                  RunScore& out) {
   const Track& track = recording.tracks()[v];
@@ -206,14 +206,14 @@ void judge_alone(const Recording& recording, const drive::MapSummary& summary, s
   out.lost = out.lost || score_v.diverged_s > 0.0;
   if (const auto odometry = read(file(summary, "odometry", track.name))) {
     if (const auto T = frame_at_first(*odometry, track)) {
-      score_v.odometry = score(*odometry, track, *T, recording.t_begin());
+      score_v.odometry = score(*odometry, track, *T, recording.t_start());
       add_silent(*score_v.odometry, track.name, "odometry", recording, summary.findings, out);
     }
   }
   out.vehicles.push_back(std::move(score_v));
 }
 
-/// Live poses are in map, which agrees with the truth at the first pose of the first vehicle.
+/// Live poses are in map, which is aligned at the first pose of the first vehicle.
 std::optional<SE3> live_frame(const Recording& recording, const drive::MapSummary& summary,
                               const std::vector<VehicleId>& group) {
   for (const VehicleId id : group) {
@@ -226,7 +226,7 @@ std::optional<SE3> live_frame(const Recording& recording, const drive::MapSummar
   return std::nullopt;
 }
 
-/// Live and final poses of vehicles that share a frame.
+/// Scores live and final poses of vehicles that share a frame.
 void judge_group(const Recording& recording, const drive::MapSummary& summary,
                  const std::vector<VehicleId>& group, RunScore& out) {
   const auto T_live = live_frame(recording, summary, group);
@@ -236,20 +236,20 @@ void judge_group(const Recording& recording, const drive::MapSummary& summary,
     const Track& track = recording.tracks()[id.value];
     VehicleScore& v = out.vehicles[id.value];
     if (const auto live = read(file(summary, "live", track.name)); live && T_live) {
-      v.live = score(*live, track, *T_live, recording.t_begin());
+      v.live = score(*live, track, *T_live, recording.t_start());
       add_silent(*v.live, track.name, "live", recording, summary.findings, out);
     }
     const auto path = read(file(summary, "trajectory", track.name));
     if (!path || !T_final) continue;
-    v.final = score(*path, track, *T_final, recording.t_begin());
+    v.final = score(*path, track, *T_final, recording.t_start());
     if (T_first) {
-      v.final->nees_position = score(*path, track, *T_first, recording.t_begin()).nees_position;
+      v.final->nees_position = score(*path, track, *T_first, recording.t_start()).nees_position;
     }
     add_silent(*v.final, track.name, "final", recording, summary.findings, out);
   }
 }
 
-/// Over all final poses of the groups with most vehicles; 0: there is none.
+/// RMSE of all final poses of the largest groups; 0 if there are none.
 double rmse_of_largest(const std::vector<std::vector<VehicleId>>& groups, const RunScore& out) {
   std::size_t largest = 0;
   for (const std::vector<VehicleId>& group : groups) largest = std::max(largest, group.size());
@@ -276,11 +276,11 @@ RunScore judge_run(const Recording& recording, const drive::MapSummary& summary)
   out.groups = std::max<std::size_t>(1, summary.fleet.groups.size());
   out.ranges = summary.ranges.total;
   out.ranges_used = summary.ranges.used();
-  std::set<std::string> said;
+  std::set<std::string> reported;
   for (const Finding& f : summary.findings) {
-    if (f.severity != Severity::kInfo) said.insert(f.id);
+    if (f.severity != Severity::kInfo) reported.insert(f.id);
   }
-  out.said.assign(said.begin(), said.end());
+  out.reported.assign(reported.begin(), reported.end());
   for (std::size_t v = 0; v < recording.tracks().size(); ++v) {
     judge_alone(recording, summary, v, out);
   }

@@ -10,16 +10,16 @@
 
 namespace rali::campaign {
 
-/// A stretch of one trajectory whose error is far above what it states, and nothing was said.
+/// An interval of one trajectory whose error is far above its stated sigma, without a finding.
 struct SilentFailure {
   std::string vehicle;
   std::string trajectory;             ///< odometry, live or final
-  double begin_s = 0.0, end_s = 0.0;  ///< since the begin of the recording
+  double start_s = 0.0, end_s = 0.0;  ///< since the start of the recording
   double error_m = 0.0;               ///< largest
-  double sigma_m = 0.0;               ///< stated then, along the error
+  double sigma_m = 0.0;               ///< largest stated sigma of the trajectory's position
 };
 
-/// How one trajectory of a vehicle compares with the truth.
+/// Errors of one trajectory of a vehicle against ground truth.
 struct TrackScore {
   double rmse_m = 0.0, max_m = 0.0, end_m = 0.0;
   double sigma_max_m = 0.0;    ///< largest stated
@@ -33,24 +33,24 @@ struct VehicleScore {
   std::optional<TrackScore> odometry, live, final;
   double distance_m = 0.0;
   double diverged_s = 0.0;
-  int pose_findings = 0;  ///< that say the pose is lost or doubtful
+  int pose_findings = 0;  ///< findings that the pose is or may be lost
 };
 
-/// All that is kept of one run.
+/// All results of one run.
 struct RunScore {
   Solvable solvable;
   std::vector<VehicleScore> vehicles;
   std::vector<SilentFailure> silent;
-  /// Failures of which only odometry.degenerate was reported: the error is stated too small, or
-  /// shows where the alignment of the whole path has put it.
-  std::size_t only_blind = 0;
+  /// Failures for which only odometry.degenerate was reported. Their sigma is too small, or the
+  /// alignment of the whole path moved the error to another place.
+  std::size_t only_degenerate = 0;
   std::size_t groups = 1;
   double fleet_rmse_m = 0.0;  ///< final, one alignment for the largest group
   bool gaps = false;          ///< exit code 3
-  bool lost = false;          ///< somebody was lost by the run's own word
+  bool lost = false;          ///< a vehicle was lost by the run's own report
   std::size_t ranges = 0, ranges_used = 0;
-  std::vector<std::string> said;  ///< ids of findings that are warnings or errors, each once
-  std::string error;              ///< the run failed with this sentence
+  std::vector<std::string> reported;  ///< ids of findings that are warnings or errors, each once
+  std::string error;                  ///< the run failed with this sentence
 };
 
 /// @param out_dir  of the run

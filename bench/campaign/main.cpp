@@ -1,5 +1,5 @@
 // campaign --seeds 1-100 --out results.jsonl: one recording per seed is simulated, mapped and
-// judged.
+// scored.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -30,7 +30,7 @@ struct Arguments {
   std::string block = "block";
   std::string build;
   std::string ranges = RALI_SOURCE_DIR "/bench/campaign/ranges.yaml";
-  std::string keep;  ///< folder that keeps the outputs of runs
+  std::string keep;  ///< folder for the outputs of runs
   std::vector<std::string> assignments;
   std::string preset = "robust";
   int jobs = 2;
@@ -46,7 +46,7 @@ double cpu_s() {
          1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
 
-/// Vehicles may stand in each other's way: the case is drawn again with another number.
+/// Vehicles may block each other; then the case is drawn again with another number.
 Result<std::shared_ptr<const Recording>> recording_of(const Ranges& ranges, std::uint64_t seed) {
   constexpr std::uint64_t kTries = 20;
   Result<std::shared_ptr<const Recording>> last = fail(ErrorCode::kUsage, "", "no such case");
@@ -57,7 +57,7 @@ Result<std::shared_ptr<const Recording>> recording_of(const Ranges& ranges, std:
   return last;
 }
 
-/// Beside the outputs that are kept: truth/<v>.tum.
+/// Writes truth/<v>.tum to the kept outputs.
 void write_truth(const Recording& recording, const std::string& folder) {
   fs::create_directories(folder + "/truth");
   for (const Track& track : recording.tracks()) {
@@ -72,7 +72,7 @@ RunRecord run_seed(const Arguments& a, const Ranges& ranges, std::uint64_t seed)
   record.block = a.block;
   record.build = a.build;
   record.ranges_hash = ranges.hash();
-  const double begin_s = cpu_s();
+  const double start_s = cpu_s();
   const auto recording = recording_of(ranges, seed);
   if (!recording) {
     record.score.error = "no such case";
@@ -84,14 +84,14 @@ RunRecord run_seed(const Arguments& a, const Ranges& ranges, std::uint64_t seed)
   record.priors = c.prior_kind;
   record.features.assign(c.features.begin(), c.features.end());
   record.vehicles = c.setup.fleet.vehicles;
-  record.duration_s = seconds_between((*recording)->t_begin(), (*recording)->t_end());
-  record.cpu_simulated_s = cpu_s() - begin_s;
+  record.duration_s = seconds_between((*recording)->t_start(), (*recording)->t_end());
+  record.cpu_simulated_s = cpu_s() - start_s;
   const fs::path folder =
       a.keep.empty() ? fs::temp_directory_path() / fmt::format("campaign_{}_{}", getpid(), seed)
                      : fs::path(a.keep) / fmt::format("{}", seed);
   fs::create_directories(folder);
   const auto summary = map_recording(*recording, {a.assignments, a.preset, folder.string()});
-  record.cpu_mapped_s = cpu_s() - begin_s - record.cpu_simulated_s;
+  record.cpu_mapped_s = cpu_s() - start_s - record.cpu_simulated_s;
   if (summary) {
     record.score = judge_run(**recording, *summary);
   } else {
@@ -106,7 +106,7 @@ RunRecord run_seed(const Arguments& a, const Ranges& ranges, std::uint64_t seed)
   return record;
 }
 
-/// A run in a process of its own: a crash is a result, too.
+/// Runs each case in its own process, so that a crash is a result, too.
 class Pool {
  public:
   Pool(const Arguments& arguments, const Ranges& ranges) : a_(arguments), ranges_(ranges) {}

@@ -6,10 +6,10 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "rali/jobs/map_job.hpp"
 #include "rali/config/load_fleet.hpp"
 #include "rali/io/files/atomic_file.hpp"
 #include "rali/io/files/csv_writer.hpp"
+#include "rali/jobs/map_job.hpp"
 
 namespace rali::campaign {
 
@@ -51,7 +51,7 @@ std::string priors_text(const Recording& recording) {
   return text;
 }
 
-/// Nobody looks at a campaign while it runs.
+/// Campaigns run unattended: progress is not shown.
 class Silent final : public drive::ProgressSink {
  public:
   void progress(const drive::Progress& /*progress*/) override {}

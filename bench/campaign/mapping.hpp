@@ -8,14 +8,14 @@
 
 namespace rali::campaign {
 
-/// What a user of the recording would write, and what came out.
+/// A user's inputs for mapping a recording, and the folder of the outputs.
 struct MappingOptions {
   std::vector<std::string> assignments;  ///< of `--set`
   std::string preset = "robust";
   std::string folder;  ///< for fleet.yaml, ranges.csv and the outputs; must exist
 };
 
-/// Maps the recording as `rali map fleet.yaml` would, the sensors read from memory.
+/// Maps the recording as `rali map fleet.yaml` would, with the sensor data read from memory.
 /// Errors: of the mapping.
 [[nodiscard]] Result<drive::MapSummary> map_recording(std::shared_ptr<const Recording> recording,
                                                       const MappingOptions& options);

@@ -15,7 +15,7 @@ using sim::World;
 
 namespace {
 
-constexpr double kLaneLeast_m = 0.9;  // free width at which two vehicles can pass each other
+constexpr double kLaneMin_m = 0.9;  // free width at which two vehicles can pass each other
 
 Result<World> place_of(const Case& c) {
   const std::uint64_t seed = c.seed;
@@ -28,7 +28,7 @@ Result<World> place_of(const Case& c) {
   return world;
 }
 
-/// Moves vehicles along one route, each on a lane of its own, and notes the rounds.
+/// Moves vehicles along one route, each in its own lane, and adds the rounds.
 class Planner {
  public:
   Planner(Case& c, const Ranges& ranges, World& world)
@@ -73,21 +73,21 @@ class Planner {
     world_.starts.push_back({at(s_m, side_m), route_.yaw_at(s_m) + turn});
   }
 
-  /// Side of vehicle v where the way is wide enough for two.
+  /// Lane offset of vehicle v where the path is wide enough for two.
   [[nodiscard]] double lane(int v) const {
     const double offset = std::clamp(world_.free_width_m - 0.4, 0.0, 0.5);
     return v % 2 == 0 ? offset : -offset;
   }
 
-  /// How far somebody gets within the recording.
+  /// Distance that a vehicle can drive within the recording.
   [[nodiscard]] double reach_m() const {
     const sim::MotionOptions& m = case_.setup.fleet.vehicle.motion;
     return std::max(5.0, (case_.duration_s - m.standstill_s) * m.speed_mps);
   }
 
-  /// Somewhere on the route, with most of what can be driven still ahead.
-  [[nodiscard]] double begin_m(double least_m) {
-    const double room_m = std::max(0.0, route_.length_m() - std::max(least_m, reach_m()));
+  /// A position on the route from which most of the drivable distance remains.
+  [[nodiscard]] double start_m(double min_m) {
+    const double room_m = std::max(0.0, route_.length_m() - std::max(min_m, reach_m()));
     return rng_.uniform() < 0.5 ? 0.0 : rng_.uniform(0.0, room_m);
   }
 
@@ -104,7 +104,7 @@ class Planner {
   Route route_;
 };
 
-/// A long stand before this round, sometimes.
+/// Adds a stop before this round with the configured probability.
 void Planner::pause(RoundPlan& round) {
   if (!ranges_.happens("motion.stops", rng_)) return;
   const double pause_s = ranges_.number("motion.stop_s", rng_);
@@ -114,14 +114,14 @@ void Planner::pause(RoundPlan& round) {
 }
 
 void Planner::alone() {
-  const double begin_m = this->begin_m(10.0);
+  const double start_m = this->start_m(10.0);
   const double end_m = route_.length_m();
-  start_at(begin_m, 0.0);
-  std::vector<double> cuts{begin_m};
+  start_at(start_m, 0.0);
+  std::vector<double> cuts{start_m};
   if (ranges_.happens("motion.stops", rng_)) {
-    const double until_m = std::min(end_m, begin_m + 0.8 * reach_m());
+    const double until_m = std::min(end_m, start_m + 0.8 * reach_m());
     const int count = ranges_.count("motion.stop_count", rng_);
-    for (int i = 0; i < count; ++i) cuts.push_back(rng_.uniform(begin_m + 1.0, until_m));
+    for (int i = 0; i < count; ++i) cuts.push_back(rng_.uniform(start_m + 1.0, until_m));
     std::sort(cuts.begin(), cuts.end());
   }
   cuts.push_back(end_m);
@@ -143,8 +143,8 @@ Status Planner::leap_frog(int n) {
   options.gap_m = ranges_.number("fleet.gap_m", rng_);
   options.leg_m = ranges_.number("fleet.leg_m", rng_);
   World part = world_;
-  const double begin_m = this->begin_m(6.0 * n);
-  part.route = piece(begin_m, route_.length_m(), 0.0);
+  const double start_m = this->start_m(6.0 * n);
+  part.route = piece(start_m, route_.length_m(), 0.0);
   Result<sim::FleetPlan> plan = sim::plan_rounds(part, n, options);
   if (!plan) return tl::make_unexpected(plan.error());
   world_.starts = std::move(plan->starts);
@@ -155,17 +155,17 @@ Status Planner::leap_frog(int n) {
   return {};
 }
 
-/// All drive at once, one behind the other.
+/// All vehicles drive at once, one behind the other.
 void Planner::together(int n) {
   const double gap_m = ranges_.number("fleet.gap_m", rng_);
-  const double begin_m = this->begin_m(gap_m * n + 10.0);
-  const double room_m = route_.length_m() - begin_m - gap_m * (n - 1);
+  const double start_m = this->start_m(gap_m * n + 10.0);
+  const double room_m = route_.length_m() - start_m - gap_m * (n - 1);
   const bool stops = ranges_.happens("motion.stops", rng_);
   const double first_m =
       stops ? std::min(0.9 * room_m, rng_.uniform(0.2, 0.6) * reach_m()) : room_m;
   RoundPlan one, two;
   for (int v = 0; v < n; ++v) {
-    const double s = begin_m + gap_m * (n - 1 - v);
+    const double s = start_m + gap_m * (n - 1 - v);
     start_at(s, lane(v));
     one.routes.push_back(piece(s, s + first_m, lane(v)));
     if (first_m < room_m - 1.0) two.routes.push_back(piece(s + first_m, s + room_m, lane(v)));
@@ -176,22 +176,22 @@ void Planner::together(int n) {
   world_.rounds.push_back(std::move(two));
 }
 
-/// v1 stands: at the begin of the way, in its middle, or before a bend. The others drive away from
-/// it, past it where there is room, and come back.
+/// v1 is stationary: at the start of the path, in its middle, or before a bend. The others drive
+/// away from it, past it if there is room, and come back.
 void Planner::from_anchor(int n) {
   const double gap_m = ranges_.number("fleet.gap_m", rng_);
   const double length_m = route_.length_m();
   double anchor_m = 0.0;
   if (case_.plan == "middle") anchor_m = 0.5 * std::min(length_m, 1.5 * reach_m());
   if (case_.plan == "bend") {
-    double most = 0.0;
+    double maximum = 0.0;
     for (double s = 5.0; s < 0.6 * length_m; s += 0.5) {
       const double bend = std::abs(route_.curvature_at(s + 8.0));
-      if (bend > most) anchor_m = s;
-      most = std::max(most, bend);
+      if (bend > maximum) anchor_m = s;
+      maximum = std::max(maximum, bend);
     }
   }
-  const bool passes = case_.plan == "middle" && world_.free_width_m > kLaneLeast_m;
+  const bool passes = case_.plan == "middle" && world_.free_width_m > kLaneMin_m;
   const double out_m =
       std::min(length_m - anchor_m - 0.5, std::max(gap_m * n + 3.0, 0.55 * reach_m()));
   start_at(anchor_m, lane(0));
@@ -209,7 +209,7 @@ void Planner::from_anchor(int n) {
     back.routes.push_back(piece(to_m, anchor_m + gap_m * v, side_m));
   }
   if (ranges_.happens("fleet.moved_anchor", rng_) && !passes) {
-    // While the others come back, the anchor drives off: nobody announces it.
+    // While the others come back, the anchor drives away without announcing it.
     const double by_m = ranges_.number("fleet.moved_anchor_m", rng_);
     back.anchor = -1;
     back.routes[0] = piece(anchor_m, std::max(0.0, anchor_m - by_m), lane(0));

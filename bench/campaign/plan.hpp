@@ -5,8 +5,8 @@
 
 namespace rali::campaign {
 
-/// The place of the case with starts and rounds as its plan asks. Stops are noted in the case.
-/// Errors: of the place; a way too short for so many vehicles.
+/// The world of the case with starts and rounds by its plan. Stops are added to the case.
+/// Errors: of the world; a path too short for so many vehicles.
 [[nodiscard]] Result<sim::World> planned_world(Case& c, const Ranges& ranges);
 
 }  // namespace rali::campaign

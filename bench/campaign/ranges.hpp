@@ -11,8 +11,8 @@
 
 namespace rali::campaign {
 
-/// The generator's ranges (ranges.yaml). A key that is missing or of another kind is an error that
-/// ends the program: a campaign with other ranges than the file's would mean nothing.
+/// The generator's ranges (ranges.yaml). A missing key or one of another kind ends the program:
+/// results of a campaign with other ranges than those of the file are meaningless.
 class Ranges {
  public:
   /// Errors: of the file.
@@ -30,7 +30,7 @@ class Ranges {
   /// One of the names of a map of weights.
   [[nodiscard]] std::string choice(std::string_view key, Rng& rng) const;
 
-  /// FNV-1a of the file: results with other ranges are told apart.
+  /// FNV-1a of the file, to distinguish results with other ranges.
   [[nodiscard]] std::uint64_t hash() const { return hash_; }
 
  private:

@@ -38,14 +38,14 @@ std::optional<TrackScore> track_of(const Json& json) {
 Json score_json(const RunScore& s) {
   Json json{{"solvable_alone", s.solvable.alone},
             {"solvable_joint", s.solvable.joint},
-            {"only_blind", s.only_blind},
+            {"only_blind", s.only_degenerate},
             {"groups", s.groups},
             {"fleet_rmse_m", s.fleet_rmse_m},
             {"gaps", s.gaps},
             {"lost", s.lost},
             {"ranges", s.ranges},
             {"ranges_used", s.ranges_used},
-            {"said", s.said},
+            {"said", s.reported},
             {"error", s.error},
             {"vehicles", Json::array()},
             {"silent", Json::array()}};
@@ -61,7 +61,7 @@ Json score_json(const RunScore& s) {
   for (const SilentFailure& f : s.silent) {
     json["silent"].push_back({{"vehicle", f.vehicle},
                               {"trajectory", f.trajectory},
-                              {"begin_s", f.begin_s},
+                              {"begin_s", f.start_s},
                               {"end_s", f.end_s},
                               {"error_m", f.error_m},
                               {"sigma_m", f.sigma_m}});
@@ -72,14 +72,14 @@ Json score_json(const RunScore& s) {
 RunScore score_of(const Json& json) {
   RunScore s;
   s.solvable = {json.at("solvable_alone"), json.at("solvable_joint")};
-  s.only_blind = json.value("only_blind", std::size_t{0});  // older records have none
+  s.only_degenerate = json.value("only_blind", std::size_t{0});  // absent in older records
   s.groups = json.at("groups");
   s.fleet_rmse_m = real(json.at("fleet_rmse_m"));
   s.gaps = json.at("gaps");
   s.lost = json.at("lost");
   s.ranges = json.at("ranges");
   s.ranges_used = json.at("ranges_used");
-  s.said = json.at("said").get<std::vector<std::string>>();
+  s.reported = json.at("said").get<std::vector<std::string>>();
   s.error = json.at("error");
   for (const Json& v : json.at("vehicles")) {
     VehicleScore score;

@@ -7,11 +7,11 @@
 
 namespace rali::campaign {
 
-/// One line of the results: everything that the table needs, and enough to find the run again.
+/// One line of the results: all data for the table, and enough to reproduce the run.
 struct RunRecord {
   std::uint64_t seed = 0;
   std::string block;  ///< name of the block of seeds
-  std::string build;  ///< what was run, as the caller names it
+  std::string build;  ///< version of the program, as named by the caller
   std::uint64_t ranges_hash = 0;
   std::string scene, plan, priors;
   std::vector<std::string> features;
@@ -23,10 +23,10 @@ struct RunRecord {
 
 [[nodiscard]] std::string to_json(const RunRecord& record);
 
-/// Errors: a line that is none of these.
+/// Errors: a line that is not such a record.
 [[nodiscard]] Result<RunRecord> from_json(const std::string& line);
 
-/// All lines of a file; a cut last line is left out. Errors: no such file.
+/// All lines of a file; a truncated last line is ignored. Errors: no such file.
 [[nodiscard]] Result<std::vector<RunRecord>> read_records(const std::string& path);
 
 /// The table of a campaign in Markdown: blocks, failures by cause, figures.

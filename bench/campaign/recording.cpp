@@ -18,7 +18,7 @@ bool missing(const std::vector<Span>& spans, double t_s) {
   return std::any_of(spans.begin(), spans.end(), [t_s](const Span& s) { return s.contains(t_s); });
 }
 
-/// Hands out what a track holds, through the last stage that all readers share.
+/// Delivers the contents of a track through the last stage shared by all readers.
 class TrackEvents final : public drive::ReportedSource {
  public:
   TrackEvents(std::shared_ptr<const Recording> recording, std::size_t vehicle,
@@ -40,7 +40,7 @@ class TrackEvents final : public drive::ReportedSource {
   Result<std::optional<vehicle::Event>> next() override {
     while (!ended_) {
       if (std::optional<vehicle::Event> event = outlet_.pop(report_)) return event;
-      if (next_scan_ == track_.sweeps.size() || outlet_.past_end()) {
+      if (next_scan_ == track_.scans.size() || outlet_.past_end()) {
         if (finished_) {
           ended_ = true;
           outlet_.close(report_);
@@ -57,17 +57,17 @@ class TrackEvents final : public drive::ReportedSource {
   }
 
   [[nodiscard]] double progress() const override {
-    return track_.sweeps.empty()
+    return track_.scans.empty()
                ? 1.0
-               : static_cast<double>(next_scan_) / static_cast<double>(track_.sweeps.size());
+               : static_cast<double>(next_scan_) / static_cast<double>(track_.scans.size());
   }
 
   [[nodiscard]] const drive::InputReport& report() const override { return report_; }
 
  private:
   void read_one() {
-    auto scan = std::make_shared<sensor::LidarScan>(*recording_->scan(track_.sweeps[next_scan_++]));
-    scan->t_begin = scan->t_begin + offset_;
+    auto scan = std::make_shared<sensor::LidarScan>(*recording_->scan(track_.scans[next_scan_++]));
+    scan->t_start = scan->t_start + offset_;
     scan->t_end = scan->t_end + offset_;
     push_imu_until(scan->t_end + Duration::from_s(0.1));
     outlet_.push(std::shared_ptr<const sensor::LidarScan>(std::move(scan)));
@@ -96,25 +96,25 @@ std::unique_ptr<drive::ReportedSource> Recording::play(std::shared_ptr<const Rec
   return std::make_unique<TrackEvents>(std::move(recording), vehicle, options);
 }
 
-std::shared_ptr<const sensor::LidarScan> Recording::scan(const Track::Sweep& sweep) const {
-  return sim::expand(sweep.raw, model_, case_.setup.fleet.vehicle.ranging.resolution_m,
-                     sweep.t_begin);
+std::shared_ptr<const sensor::LidarScan> Recording::scan(const Track::Scan& scan) const {
+  return sim::expand(scan.raw, model_, case_.setup.fleet.vehicle.ranging.resolution_m,
+                     scan.t_start);
 }
 
-/// Where the recording begins: with the simulation, or while the first vehicle drives or turns.
+/// Start of the recording: with the simulation, or while the first vehicle drives or turns.
 void Recording::begin(const sim::FleetSimulation& sim) {
-  t_begin_ = sim.t_begin();
+  t_start_ = sim.t_start();
   t_end_ = sim.t_end();
   if (!case_.in_motion) return;
   Rng rng(case_.seed, "begin");
-  const double span_s = seconds_between(t_begin_, t_end_);
+  const double span_s = seconds_between(t_start_, t_end_);
   const double from_s = rng.uniform(0.0, 0.4) * span_s;
   for (double t_s = from_s; t_s < 0.5 * span_s; t_s += 0.05) {
-    const sim::MotionState state = sim.truth(0, t_begin_ + Duration::from_s(t_s)).state;
+    const sim::MotionState state = sim.truth(0, t_start_ + Duration::from_s(t_s)).state;
     const bool turns = std::abs(state.omega_body_radps.z()) > 0.25;
     const bool drives = state.v_world_mps.norm() > 0.15;
     if (!(case_.in_turn ? turns : drives)) continue;
-    t_begin_ = t_begin_ + Duration::from_s(t_s);
+    t_start_ = t_start_ + Duration::from_s(t_s);
     return;
   }
   case_.in_motion = case_.in_turn = false;
@@ -123,20 +123,20 @@ void Recording::begin(const sim::FleetSimulation& sim) {
 }
 
 void Recording::take(sim::FleetSimulation& sim) {
-  const Time t0 = sim.t_begin();
+  const Time t0 = sim.t_start();
   while (std::optional<sim::FleetMessage> message = sim.next()) {
     Track& track = tracks_[static_cast<std::size_t>(message->vehicle)];
     if (const auto* imu = std::get_if<sensor::ImuSample>(&message->data)) {
       const bool in =
-          imu->t >= t_begin_ && !missing(case_.imu_missing, seconds_between(t0, imu->t));
+          imu->t >= t_start_ && !missing(case_.imu_missing, seconds_between(t0, imu->t));
       if (in) track.imu.push_back(*imu);
     } else if (const auto* scan =
                    std::get_if<std::shared_ptr<const sensor::LidarScan>>(&message->data)) {
-      const Time t = (*scan)->t_begin;
-      const bool in = t >= t_begin_ && !missing(case_.lidar_missing, seconds_between(t0, t));
-      if (in) track.sweeps.push_back({t, sim.last_raw_sweep()});
+      const Time t = (*scan)->t_start;
+      const bool in = t >= t_start_ && !missing(case_.lidar_missing, seconds_between(t0, t));
+      if (in) track.scans.push_back({t, sim.last_raw_scan()});
     } else if (const auto* range = std::get_if<sensor::RangeSample>(&message->data)) {
-      if (range->t >= t_begin_) ranges_.push_back(*range);
+      if (range->t >= t_start_) ranges_.push_back(*range);
     }
   }
 }
@@ -145,7 +145,7 @@ void Recording::add_truth(const sim::FleetSimulation& sim) {
   constexpr double kStep_s = 0.02;
   for (std::size_t v = 0; v < tracks_.size(); ++v) {
     geometry::Vec3 last;
-    for (Time t = t_begin_; t <= t_end_; t = t + Duration::from_s(kStep_s)) {
+    for (Time t = t_start_; t <= t_end_; t = t + Duration::from_s(kStep_s)) {
       const geometry::SE3 T = sim.truth(static_cast<int>(v), t).state.T_world_body;
       if (!tracks_[v].truth.empty()) tracks_[v].distance_m += (T.p - last).norm();
       last = T.p;

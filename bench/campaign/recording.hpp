@@ -10,27 +10,27 @@
 
 namespace rali::campaign {
 
-/// What one vehicle's sensors measured, in the little space in which the simulation has it.
+/// Measurements of one vehicle's sensors in the simulation's compact form.
 struct Track {
   std::string name;
-  sensor::Calibration calibration;  ///< as the user knows it
+  sensor::Calibration calibration;  ///< as known to the user
   std::vector<geometry::Vec3> antennas_m;
   std::vector<sensor::ImuSample> imu;
 
-  struct Sweep {
-    Time t_begin;
-    sim::RawSweep raw;
+  struct Scan {
+    Time t_start;
+    sim::RawScan raw;
   };
 
-  std::vector<Sweep> sweeps;
+  std::vector<Scan> scans;
   eval::PoseList truth;  ///< T_world_body at 50 Hz
   double distance_m = 0.0;
 };
 
-/// A case, simulated once and kept in memory: it can be played as often as the mapping asks.
+/// A case, simulated once and kept in memory: it can be played any number of times.
 class Recording {
  public:
-  /// Errors: of the place, or vehicles in each other's way; such a case is drawn anew.
+  /// Errors: of the world, or vehicles that block each other; such a case is drawn again.
   [[nodiscard]] static Result<std::shared_ptr<const Recording>> make(Case c, const Ranges& ranges);
 
   [[nodiscard]] const Case& description() const { return case_; }
@@ -41,16 +41,16 @@ class Recording {
 
   [[nodiscard]] const sim::World& world() const { return world_; }
 
-  [[nodiscard]] Time t_begin() const { return t_begin_; }
+  [[nodiscard]] Time t_start() const { return t_start_; }
 
   [[nodiscard]] Time t_end() const { return t_end_; }
 
-  /// The events of one vehicle, as a reader of files would hand them out.
+  /// The events of one vehicle, as a file reader would deliver them.
   [[nodiscard]] static std::unique_ptr<drive::ReportedSource> play(
       std::shared_ptr<const Recording> recording, std::size_t vehicle,
       const drive::InputOptions& options);
 
-  [[nodiscard]] std::shared_ptr<const sensor::LidarScan> scan(const Track::Sweep& sweep) const;
+  [[nodiscard]] std::shared_ptr<const sensor::LidarScan> scan(const Track::Scan& scan) const;
 
  private:
   explicit Recording(Case c) : case_(std::move(c)), model_(case_.setup.fleet.vehicle.lidar) {}
@@ -63,7 +63,7 @@ class Recording {
   Case case_;
   sim::LidarModel model_;
   sim::World world_;
-  Time t_begin_, t_end_;
+  Time t_start_, t_end_;
   std::vector<Track> tracks_;
   std::vector<sensor::RangeSample> ranges_;
 };

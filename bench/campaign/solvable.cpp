@@ -8,7 +8,7 @@ namespace rali::campaign {
 
 namespace {
 
-/// Ratio of the samples in which the vehicle turns or accelerates beyond the sensor's limits.
+/// Fraction of the samples in which the rotation or acceleration exceeds the sensor's limits.
 double saturated_ratio(const Case& c, const Track& track) {
   const sim::ImuOptions& imu = c.setup.fleet.vehicle.imu;
   std::size_t over = 0;
@@ -21,7 +21,7 @@ double saturated_ratio(const Case& c, const Track& track) {
                            : static_cast<double>(over) / static_cast<double>(track.imu.size());
 }
 
-/// A tube without anything to hold on to along it.
+/// A tunnel that is degenerate along its axis.
 bool featureless(const Case& c) {
   constexpr double kFarApart_m = 40.0;
   constexpr double kRough_m = 0.03;
@@ -39,11 +39,11 @@ bool alone(const Recording& recording, const Track& track) {
   if (c.has_imu()) return saturated_ratio(c, track) < kSaturated;
   double longest_s = 0.0;
   for (const Span& span : c.lidar_missing)
-    longest_s = std::max(longest_s, span.end_s - span.begin_s);
+    longest_s = std::max(longest_s, span.end_s - span.start_s);
   return !featureless(c) && c.setup.fleet.vehicle.motion.speed_mps < kFast_mps && longest_s < 0.5;
 }
 
-/// The two passed through common ground, within sight of it from the same side or not.
+/// True if both vehicles passed common ground; the direction of travel does not matter.
 bool overlap(const Track& a, const Track& b) {
   constexpr double kNear_m = 4.0;
   constexpr std::size_t kStep = 25;  // 0.5 s
@@ -59,7 +59,7 @@ bool overlap(const Track& a, const Track& b) {
   return places >= kPlaces;
 }
 
-/// All vehicles hang together by pairs of which `joined` says so.
+/// True if the pairs for which `joined` is true connect all vehicles.
 template <class Joined>
 bool connected(std::size_t n, const Joined& joined) {
   std::vector<std::size_t> open{0};
@@ -81,8 +81,8 @@ bool joint(const Recording& recording) {
   const Case& c = recording.description();
   const std::vector<Track>& tracks = recording.tracks();
   if (tracks.size() < 2 || c.prior_kind == "good") return true;
-  // A prior that is wrong by more than it states is a contradiction, not a help: the right answer
-  // may be to stay apart.
+  // A prior with an error beyond its sigma is a contradiction: the right answer may be separate
+  // maps.
   if (c.prior_kind == "wrong") return false;
   if (featureless(c) || !c.has_imu()) return false;
   return connected(tracks.size(), [&](std::size_t a, std::size_t b) {

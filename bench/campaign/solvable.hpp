@@ -4,11 +4,11 @@
 
 namespace rali::campaign {
 
-/// Whether a good system can be asked for a result without a gap. Decided from the case and the
-/// truth alone, before any run (docs/results.md gives the rule in words).
+/// Whether a good system can be expected to give a result without a gap. Derived from the case and
+/// ground truth alone, before any run (docs/results.md states the rule in words).
 struct Solvable {
-  bool alone = true;  ///< each vehicle can go through without being lost
-  bool joint = true;  ///< all vehicles can be put into one frame
+  bool alone = true;  ///< no vehicle needs to get lost
+  bool joint = true;  ///< all vehicles can be placed in one frame
 };
 
 [[nodiscard]] Solvable judge_solvable(const Recording& recording);

@@ -11,7 +11,7 @@ namespace rali::campaign {
 
 namespace {
 
-constexpr double kGood_m = 0.1;  // a run whose error stays below gives no reason for an alarm
+constexpr double kGood_m = 0.1;  // alarms in runs with a smaller error are false alarms
 
 double percent(std::size_t part, std::size_t whole) {
   return whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
@@ -33,14 +33,14 @@ double worst_m(const RunRecord& r) {
   return worst;
 }
 
-/// The gaps of the run are those of its data, or there are none.
+/// True if no vehicle was lost and no avoidable gap occurred.
 bool went_through(const RunRecord& r) {
   const bool joined = r.score.groups <= 1 || !r.score.solvable.joint;
   return r.score.error.empty() && !r.score.lost && joined;
 }
 
 struct Counts {
-  std::size_t runs = 0, silent = 0, only_blind = 0, alone = 0, alone_through = 0, joint = 0,
+  std::size_t runs = 0, silent = 0, only_degenerate = 0, alone = 0, alone_through = 0, joint = 0,
               joint_through = 0;
   std::size_t good = 0, false_alarms = 0, failed = 0, solvable = 0;
   std::vector<double> nees, odometry_m, live_m, final_m;
@@ -50,7 +50,7 @@ struct Counts {
     const RunScore& s = r.score;
     ++runs;
     silent += s.silent.empty() ? 0 : 1;
-    only_blind += s.silent.empty() && s.only_blind > 0 ? 1 : 0;
+    only_degenerate += s.silent.empty() && s.only_degenerate > 0 ? 1 : 0;
     failed += s.error.empty() ? 0 : 1;
     solvable += s.solvable.alone && s.solvable.joint ? 1 : 0;
     if (r.vehicles == 1 && s.solvable.alone) {
@@ -93,11 +93,11 @@ std::string block_rows(const std::map<std::string, Counts>& blocks) {
         "| {} | {} | {} ({:.1f} %) | {} ({:.1f} %) | {}/{} ({:.1f} %) | {}/{} ({:.1f} %) | {}/{} "
         "({:.1f} %) | {} | "
         "{:.2f} | {} | {} | {} | {:.1f} |\n",
-        name, c.runs, c.silent, percent(c.silent, c.runs), c.only_blind,
-        percent(c.only_blind, c.runs), c.alone_through, c.alone, percent(c.alone_through, c.alone),
-        c.joint_through, c.joint, percent(c.joint_through, c.joint), c.false_alarms, c.good,
-        percent(c.false_alarms, c.good), c.failed,
-        c.nees.empty() ? 0.0 : eval::quantile(c.nees, 0.5), figures(c.odometry_m),
+        name, c.runs, c.silent, percent(c.silent, c.runs), c.only_degenerate,
+        percent(c.only_degenerate, c.runs), c.alone_through, c.alone,
+        percent(c.alone_through, c.alone), c.joint_through, c.joint,
+        percent(c.joint_through, c.joint), c.false_alarms, c.good, percent(c.false_alarms, c.good),
+        c.failed, c.nees.empty() ? 0.0 : eval::quantile(c.nees, 0.5), figures(c.odometry_m),
         figures(c.live_m), figures(c.final_m), c.cpu_s / 3600.0);
   }
   return text;
@@ -126,25 +126,25 @@ std::string failure_rows(const std::vector<RunRecord>& records) {
       "| seed | scene | what | stretch s | error m | stated m | said "
       "|\n|---|---|---|---|---|---|---|\n";
   for (const RunRecord& r : records) {
-    std::string said;
-    for (const std::string& id : r.score.said) said += (said.empty() ? "" : " ") + id;
+    std::string reported;
+    for (const std::string& id : r.score.reported) reported += (reported.empty() ? "" : " ") + id;
     if (!r.score.error.empty()) {
       text += fmt::format("| {} | {} | run failed: {} | | | | |\n", r.seed, r.scene, r.score.error);
     }
     for (const SilentFailure& f : r.score.silent) {
       text += fmt::format("| {} | {} {} | silent, {} {} | {:.0f}-{:.0f} | {:.2f} | {:.3f} | {} |\n",
-                          r.seed, r.scene, r.plan, f.trajectory, f.vehicle, f.begin_s, f.end_s,
-                          f.error_m, f.sigma_m, said);
+                          r.seed, r.scene, r.plan, f.trajectory, f.vehicle, f.start_s, f.end_s,
+                          f.error_m, f.sigma_m, reported);
     }
     const bool asked = r.vehicles == 1 ? r.score.solvable.alone : r.score.solvable.joint;
     if (asked && r.score.error.empty() && !went_through(r)) {
       text += fmt::format("| {} | {} {} | {} | | {:.2f} | | {} |\n", r.seed, r.scene, r.plan,
                           r.score.lost ? "lost" : fmt::format("{} frames", r.score.groups),
-                          worst_m(r), said);
+                          worst_m(r), reported);
     }
     if (worst_m(r) < kGood_m && alarmed(r)) {
       text += fmt::format("| {} | {} {} | false alarm | | {:.3f} | | {} |\n", r.seed, r.scene,
-                          r.plan, worst_m(r), said);
+                          r.plan, worst_m(r), reported);
     }
   }
   return text;

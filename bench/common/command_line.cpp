@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kWrongArguments = 2;
 
-/// CLI11 takes the refusal of a value as an exception.
+/// CLI11 expects a rejected value as an exception.
 void read(const std::string& name, const Setter& set, const std::string& text) {
   if (const Status ok = set(text); !ok) throw CLI::ValidationError(name, ok.error().message());
 }

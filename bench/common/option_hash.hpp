@@ -8,7 +8,7 @@
 
 namespace rali::bench {
 
-/// Collects every option as bytes: another option, another file.
+/// Hashes every option: other options give another file name.
 class OptionHash {
  public:
   void add(double value) {

@@ -8,11 +8,11 @@
 
 namespace rali::bench {
 
-/// "a,b" as its parts; empty ones are left out.
+/// The parts of "a,b"; empty ones are left out.
 [[nodiscard]] std::vector<std::string> split(const std::string& text);
 
-/// "1,2,5-8" as numbers, at most 1000. Errors (kUsage): a part that is no whole number, none at
-/// all.
+/// The numbers in "1,2,5-8", at most 1000. Errors (kUsage): a part that is not a whole number, no
+/// number at all.
 [[nodiscard]] Result<std::vector<std::uint64_t>> parse_seeds(const std::string& text);
 
 }  // namespace rali::bench

@@ -12,7 +12,7 @@
 namespace rali::degeneracy_bench {
 namespace {
 
-constexpr double kMask_m = 1.8;  // a vehicle with its mast and what its edges smear
+constexpr double kMask_m = 1.8;  // a vehicle with its mast and smeared edge points
 
 std::string place_of(const DriveOptions& o) {
   std::string name = o.place;

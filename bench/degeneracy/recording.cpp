@@ -25,7 +25,7 @@ sim::Route rest_of(const sim::Route& route, double from_m) {
   return {corners, 1.0};
 }
 
-/// Stands beside the route, turned a little.
+/// A stationary vehicle beside the route at a random heading offset.
 sim::Trajectory standing_at(const sim::Route& route, double s_m, double left_m,
                             double body_height_m, Rng& rng) {
   const double yaw = route.yaw_at(s_m);
@@ -36,7 +36,8 @@ sim::Trajectory standing_at(const sim::Route& route, double s_m, double left_m,
   return {std::vector<sim::Trajectory::Control>(8, control), 1.0};
 }
 
-/// Horizontal direction of the route at its point nearest to p, at or after s_m, which moves on.
+/// Horizontal direction of the route at its point nearest to p, searched from s_m, which is
+/// advanced.
 Vec3 axis_at(const sim::Route& route, const Vec3& p, double& s_m) {
   double best = (route.point_at(s_m) - p).norm();
   for (double s = s_m; s < s_m + 3.0 && s < route.length_m(); s += 0.1) {
@@ -55,7 +56,7 @@ sim::Crowd crowd_of(const DriveOptions& options) {
   return sim::crowd_of(all);
 }
 
-/// Everything that stays the same over one drive.
+/// Everything that is constant during one drive.
 struct Drive {
   Drive(const DriveOptions& o, sim::World place)
       : world(std::move(place)),
@@ -84,7 +85,7 @@ void add_other(Drive& d, const DriveOptions& o, double from_m, Rng& rng) {
     const sim::Route ahead = rest_of(d.route, rng.uniform(6.0, 16.0));
     d.other = sim::make_trajectory(ahead, d.motion, o.seed + 1000);
   } else {
-    const double s = from_m + o.way_m * rng.uniform(0.5, 0.9);
+    const double s = from_m + o.path_m * rng.uniform(0.5, 0.9);
     const double left = std::min(1.0, d.world.free_width_m) * (rng.uniform() < 0.5 ? -1.0 : 1.0);
     d.other = standing_at(d.route, s, left, d.motion.body_height_m, rng);
   }
@@ -92,22 +93,22 @@ void add_other(Drive& d, const DriveOptions& o, double from_m, Rng& rng) {
 }
 
 Station measure(Drive& d, double t_end_s, const SE3& T_body_lidar) {
-  const double sweep_s = d.lidar.model().sweep_s();
-  const double begin_s = t_end_s - sweep_s;
-  const auto number = static_cast<std::int64_t>(std::lround(begin_s / sweep_s));
+  const double scan_s = d.lidar.model().scan_s();
+  const double start_s = t_end_s - scan_s;
+  const auto number = static_cast<std::int64_t>(std::lround(start_s / scan_s));
   const auto pose_at = [&](double t_s) { return d.trajectory.pose_at(t_s) * T_body_lidar; };
-  const sim::RawSweep& raw =
-      d.lidar.measure_sweep(number, begin_s, pose_at, d.caster, d.scene, d.serial);
-  const Time t_begin = Time::from_ns(0) + Duration::from_s(begin_s);
+  const sim::RawScan& raw =
+      d.lidar.measure_scan(number, start_s, pose_at, d.caster, d.scene, d.serial);
+  const Time t_start = Time::from_ns(0) + Duration::from_s(start_s);
   Station out;
-  out.scan = sim::expand(raw, d.lidar.model(), d.ranging.resolution_m, t_begin);
+  out.scan = sim::expand(raw, d.lidar.model(), d.ranging.resolution_m, t_start);
   constexpr int kPoses = 10;
   for (int k = 0; k <= kPoses; ++k) {
-    const double t_s = begin_s + sweep_s * k / kPoses;
-    out.sweep.push_back({Time::from_ns(0) + Duration::from_s(t_s), d.trajectory.pose_at(t_s)});
+    const double t_s = start_s + scan_s * k / kPoses;
+    out.poses.push_back({Time::from_ns(0) + Duration::from_s(t_s), d.trajectory.pose_at(t_s)});
   }
-  out.T_world_body = out.sweep.back().T_odom_body;
-  if (d.other) out.others_world_m.push_back(d.other->pose_at(begin_s + 0.5 * sweep_s).p);
+  out.T_world_body = out.poses.back().T_odom_body;
+  if (d.other) out.others_world_m.push_back(d.other->pose_at(start_s + 0.5 * scan_s).p);
   return out;
 }
 
@@ -121,28 +122,28 @@ Status drive(const DriveOptions& o, const StationListener& listener) {
   if (!place) return tl::make_unexpected(place.error());
   Drive d(o, std::move(*place));
   Rng rng(o.seed, "drive");
-  const double spare_m = std::max(0.0, d.route.length_m() - o.way_m - 1.0);
+  const double spare_m = std::max(0.0, d.route.length_m() - o.path_m - 1.0);
   const double from_m = rng.uniform(0.0, spare_m);
   add_other(d, o, from_m, rng);
   const SE3 T_body_lidar = sim::sensor_mounting(false).T_body_lidar;
   const sensor::Calibration calibration = sim::sensor_mounting(false);
 
-  double way_m = 0.0;
-  // What moves leaves a trail in the map, as dense as in operation only with every sweep.
+  double path_m = 0.0;
+  // Moving objects leave a trail in the map; it is as dense as in operation only with every scan.
   const double station_m = o.other == Other::kAhead ? 0.125 : 0.5;
   double next_m = from_m;
   double route_s_m = 0.0;
   Vec3 before = d.trajectory.pose_at(0.0).p;
   for (double t_s = kStep_s; t_s < d.trajectory.duration_s(); t_s += kStep_s) {
     const Vec3 p = d.trajectory.pose_at(t_s).p;
-    way_m += (p - before).head<2>().norm();
+    path_m += (p - before).head<2>().norm();
     before = p;
-    if (way_m > from_m + o.way_m) break;
-    if (way_m < next_m || t_s < d.lidar.model().sweep_s()) continue;
+    if (path_m > from_m + o.path_m) break;
+    if (path_m < next_m || t_s < d.lidar.model().scan_s()) continue;
     next_m += station_m;
     Station station = measure(d, t_s, T_body_lidar);
     station.axis_world = axis_at(d.route, p, route_s_m);
-    station.driven_m = way_m - from_m;
+    station.driven_m = path_m - from_m;
     listener(station, calibration);
   }
   return {};

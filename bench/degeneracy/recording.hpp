@@ -12,33 +12,33 @@
 
 namespace rali::degeneracy_bench {
 
-/// Who else drives in the place.
+/// Other vehicles in the world.
 enum class Other { kNobody, kAhead, kStanding };
 
-/// One drive through one place.
+/// One drive through one world.
 struct DriveOptions {
   std::string place = "tunnel";
   sim::Lidar lidar = sim::Lidar::kRs16;
   std::uint64_t seed = 1;
   Other other = Other::kNobody;
   int pedestrians = 4;
-  double way_m = 60.0;  ///< length of the piece that is looked at; where it begins is by chance
+  double path_m = 60.0;  ///< length of the recorded part, which starts at a random position
 };
 
-/// A sweep at a keyframe of the drive, with the truth.
+/// A scan at a keyframe of the drive, with ground truth.
 struct Station {
   std::shared_ptr<const sensor::LidarScan> scan;        ///< LiDAR frame, not undistorted
-  geometry::SE3 T_world_body;                           ///< at the end of the sweep
-  std::vector<odometry::TimedPose> sweep;               ///< true poses over the sweep
+  geometry::SE3 T_world_body;                           ///< at the end of the scan
+  std::vector<odometry::TimedPose> poses;               ///< true poses during the scan
   geometry::Vec3 axis_world = geometry::Vec3::UnitX();  ///< of the route there, horizontal, unit
   double driven_m = 0.0;                                ///< since the first station
-  std::vector<geometry::Vec3> others_world_m;           ///< bodies of other vehicles, mid sweep
+  std::vector<geometry::Vec3> others_world_m;           ///< bodies of other vehicles at mid scan
 };
 
 using StationListener = std::function<void(const Station&, const sensor::Calibration&)>;
 
-/// Casts a sweep every 0.5 m of the piece, every 0.125 m with a vehicle ahead. Same options: same
-/// sweeps. Errors (kUsage): no such place, or too many people.
+/// Simulates a scan every 0.5 m of the part, every 0.125 m with a vehicle ahead. Same options: same
+/// scans. Errors (kUsage): no such world, or too many people.
 [[nodiscard]] Status drive(const DriveOptions& options, const StationListener& listener);
 
 }  // namespace rali::degeneracy_bench

@@ -16,11 +16,11 @@ using geometry::Vec6;
 namespace {
 
 constexpr double kOff_m = 0.1;
-constexpr double kBlind_m = 0.05;
+constexpr double kDegenerate_m = 0.05;
 constexpr double kHome_m = 0.01;
 constexpr int kIterations = 25;
 
-/// For the gate of the matcher.
+/// Pose covariance for the gate of the matcher.
 Mat6 pose_covariance(double sigma_rad, double sigma_m) {
   Vec6 variance;
   variance << Vec3::Constant(sigma_rad * sigma_rad), Vec3::Constant(sigma_m * sigma_m);
@@ -38,8 +38,7 @@ TrueMap::TrueMap(const odometry::RobustSettings& settings)
 void TrueMap::fill(const std::vector<std::uint32_t>& indices, const Station& station,
                    const sensor::Calibration& calibration, double mask_m,
                    odometry::BodyPoints& out) {
-  const odometry::SweepMotion motion(station.sweep, station.scan->t_begin,
-                                     calibration.T_body_lidar);
+  const odometry::ScanMotion motion(station.poses, station.scan->t_start, calibration.T_body_lidar);
   odometry::BodyPoints all;
   motion.apply(*station.scan, indices, all);
   out.clear();
@@ -74,7 +73,7 @@ void TrueMap::insert() {
 }
 
 odometry::LidarSystem TrueMap::at_truth() {
-  matcher_.match(map_, T_world_body_, pose_covariance(0.003, 0.02), false);
+  matcher_.match(map_, T_world_body_, pose_covariance(0.003, 0.02), odometry::Reach::kPoints);
   return matcher_.accumulate(map_, T_world_body_);
 }
 
@@ -99,9 +98,9 @@ double TrueMap::error_from(const Vec3& offset_world_m) {
   T.p += offset_world_m;
   const Mat6 gate = pose_covariance(0.01, kOff_m);
   for (int k = 0; k < kIterations; ++k) {
-    matcher_.match(map_, T, gate, false);
+    matcher_.match(map_, T, gate, odometry::Reach::kPoints);
     odometry::LidarSystem system = matcher_.accumulate(map_, T);
-    // Only against division by zero: as a prior it would be 30 m wide.
+    // Only against division by zero: as a prior its sigma would be 30 m.
     system.I.diagonal().array() += 1e-3;
     Vec6 step = -system.I.ldlt().solve(system.b);
     const double length = step.tail<3>().norm();
@@ -113,7 +112,7 @@ double TrueMap::error_from(const Vec3& offset_world_m) {
   return (T.p - T_world_body_.p).head<2>().norm();
 }
 
-Achieved TrueMap::register_from_aside() {
+Achieved TrueMap::register_from_beside() {
   const Vec3 ahead = (T_world_body_.R.col(0) - T_world_body_.R(2, 0) * Vec3::UnitZ()).normalized();
   const Vec3 left = Vec3::UnitZ().cross(ahead);
   Achieved out;
@@ -121,12 +120,13 @@ Achieved TrueMap::register_from_aside() {
     const double plus = error_from(kOff_m * direction);
     const double minus = error_from(-kOff_m * direction);
     out.worst_m = std::max({out.worst_m, plus, minus});
-    if (std::max(plus, minus) < kBlind_m || std::min(plus, minus) > kHome_m) continue;
-    // One came home: by luck, or because the place is seen? Then it does from half as far too.
+    if (std::max(plus, minus) < kDegenerate_m || std::min(plus, minus) > kHome_m) continue;
+    // One start converged. If that is due to observability, starts at half the distance converge
+    // too.
     out.wrong_minimum = out.wrong_minimum || (error_from(0.5 * kOff_m * direction) < kHome_m &&
                                               error_from(-0.5 * kOff_m * direction) < kHome_m);
   }
-  out.blind = out.worst_m > kBlind_m;
+  out.degenerate = out.worst_m > kDegenerate_m;
   return out;
 }
 

@@ -9,28 +9,28 @@
 
 namespace rali::degeneracy_bench {
 
-/// What registration without any prior achieves at one place (algorithms 3.4).
+/// Accuracy of registration without any prior at one position (algorithms 3.4).
 struct Achieved {
-  double worst_m = 0.0;  ///< horizontal error at the end, worst of four starts
-  bool blind = false;    ///< worst_m above the limit
-  /// One start fell into a wrong minimum while its opposite came home: a failure to converge, no
-  /// blindness.
+  double worst_m = 0.0;     ///< horizontal error at the end, worst of four starts
+  bool degenerate = false;  ///< worst_m above the limit
+  /// One start converged to a wrong minimum while the opposite one converged correctly: a
+  /// convergence failure, not degeneracy.
   bool wrong_minimum = false;
 };
 
-/// The true map of a drive and the sweep that is matched with it: sampling, planes and weights
-/// are those of preset `robust`, only the poses are true.
+/// The map of a drive from true poses and the scan that is matched with it. Sampling, planes and
+/// weights are those of preset `robust`.
 class TrueMap {
  public:
   explicit TrueMap(const odometry::RobustSettings& settings);
 
-  /// Takes the sweep of a station; what lies within `mask_m` of another vehicle is left out.
+  /// Prepares the scan of a station; points within `mask_m` of another vehicle are left out.
   void look(const Station& station, const sensor::Calibration& calibration, double mask_m);
 
-  /// Puts the sweep of the last look() into the map.
+  /// Inserts the scan of the last look() into the map.
   void insert();
 
-  /// System, evidence and matches of the sweep at its true pose.
+  /// System, evidence and matches of the scan at its true pose.
   [[nodiscard]] odometry::LidarSystem at_truth();
 
   [[nodiscard]] const std::vector<degeneracy::PlaneEvidence>& evidence() const {
@@ -38,11 +38,11 @@ class TrueMap {
   }
 
   /// Sum of h^T h over the matched points with h = ((R p) x n, n) in the outer frame about the
-  /// body: every point counts alike, as in Zhang 2016.
+  /// body: all points have equal weight, as in Zhang 2016.
   [[nodiscard]] geometry::Mat6 unweighted() const;
 
-  /// Registers from 0.1 m off ahead, behind, left and right.
-  [[nodiscard]] Achieved register_from_aside();
+  /// Registers from starts 0.1 m ahead, behind, left and right of the true pose.
+  [[nodiscard]] Achieved register_from_beside();
 
  private:
   [[nodiscard]] double error_from(const geometry::Vec3& offset_world_m);

@@ -58,7 +58,9 @@ double times_chance(const degeneracy::DirectionInfo& d) {
   return d.raw > 0.0 ? std::numeric_limits<double>::infinity() : 0.0;
 }
 
-Said& of(Sample& sample, Detector which) { return sample.said[static_cast<std::size_t>(which)]; }
+Reported& of(Sample& sample, Detector which) {
+  return sample.reported[static_cast<std::size_t>(which)];
+}
 
 void ask_paper(const Station& station, const sensor::Calibration& calibration, Sample& out) {
   const Mat3& R = station.T_world_body.R;
@@ -116,7 +118,7 @@ void Judge::judge(const Station& station, const sensor::Calibration& calibration
   of(out, Detector::kAware) = {std::min(axial.information, lateral.information), off_deg};
   ask_zhang(map_.unweighted(), station.axis_world, out);
 
-  out.truth = map_.register_from_aside();
+  out.truth = map_.register_from_beside();
   samples_.push_back(out);
 }
 

@@ -9,37 +9,37 @@
 
 namespace rali::degeneracy_bench {
 
-/// What is compared. Low score = blind.
+/// The compared detectors. Low score = degenerate.
 enum class Detector { kPaper, kLambda3, kZhang, kZhangShift, kRaw, kChance, kAware };
 inline constexpr std::size_t kDetectors = 7;
 
-/// What one detector said about one scan.
-struct Said {
+/// Result of one detector for one scan.
+struct Reported {
   double score = 0.0;
-  /// Between its blind direction and the axis of the route, horizontal, without sign; NaN if it
-  /// names none.
+  /// Angle between its degenerate direction and the axis of the route, horizontal, without sign;
+  /// NaN if it reports no direction.
   double off_axis_deg = 0.0;
 };
 
-/// One scan, judged by registration and by all detectors.
+/// One scan with the results of registration and of all detectors.
 struct Sample {
-  std::string place;  ///< scene, with what is special about it
+  std::string place;  ///< scene, with its special features
   bool masked = false;
   std::uint64_t seed = 0;
   int rings = 0;
   double driven_m = 0.0;
   Achieved truth;
-  std::array<Said, kDetectors> said;
+  std::array<Reported, kDetectors> reported;
   std::array<degeneracy::DirectionInfo, 6> directions;
 };
 
-/// Looks at all places of one drive. @param mask_m as in TrueMap::look().
+/// Evaluates all stations of one drive. @param mask_m as in TrueMap::look()
 class Judge {
  public:
   Judge(const odometry::RobustSettings& settings, std::string place, std::uint64_t seed, int rings,
         double mask_m);
 
-  /// Takes the next station into account; one every 2 m becomes a sample.
+  /// Adds the next station; one every 2 m becomes a sample.
   void add(const Station& station, const sensor::Calibration& calibration);
 
   [[nodiscard]] std::vector<Sample>& samples() { return samples_; }

@@ -19,7 +19,7 @@ namespace {
 
 struct Look {
   const char* name;
-  double threshold;  ///< what it ships with or what its users set
+  double threshold;  ///< default or commonly used value
   double second;     ///< a second one, 0: none
 };
 
@@ -42,17 +42,17 @@ std::vector<Judged> judged(const std::vector<Sample>& samples, std::size_t detec
   std::vector<Judged> out;
   for (const Sample& s : samples) {
     if (s.truth.wrong_minimum || !pick(s)) continue;
-    out.push_back({s.said[detector].score, s.truth.blind});
+    out.push_back({s.reported[detector].score, s.truth.degenerate});
   }
   return out;
 }
 
 bool with_other(const Sample& s) { return s.place.find('+') != std::string::npos; }
 
-/// Nobody else is in view, or he is masked.
+/// No other vehicle is in view, or it is masked.
 bool plain(const Sample& s) { return s.masked || !with_other(s); }
 
-/// Not one of the tunnels made for this bench.
+/// A scene of the simulator, not a tunnel made for this benchmark.
 bool scene(const Sample& s) { return s.place.find('_') == std::string::npos; }
 
 std::string rates(const std::vector<Judged>& scans, double threshold) {
@@ -61,16 +61,16 @@ std::string rates(const std::vector<Judged>& scans, double threshold) {
   return fmt::format("{:.3f}/{:.3f}", r.hit, r.false_alarm);
 }
 
-/// Median / 90 % of the angle to the axis over blind scans of tunnels.
+/// Median / 90 % quantile of the angle to the axis over degenerate scans of tunnels.
 std::string directions(const std::vector<Sample>& samples, std::size_t detector, int rings) {
   std::vector<double> angles;
   int asked = 0;
   for (const Sample& s : samples) {
     const bool straight = s.place.rfind("tunnel", 0) == 0 || s.place.rfind("corridor", 0) == 0;
-    if (!straight || !plain(s) || s.rings != rings || !s.truth.blind) continue;
+    if (!straight || !plain(s) || s.rings != rings || !s.truth.degenerate) continue;
     ++asked;
-    if (std::isfinite(s.said[detector].off_axis_deg)) {
-      angles.push_back(s.said[detector].off_axis_deg);
+    if (std::isfinite(s.reported[detector].off_axis_deg)) {
+      angles.push_back(s.reported[detector].off_axis_deg);
     }
   }
   if (angles.empty()) return "-";
@@ -105,7 +105,7 @@ std::string detector_table(const std::vector<Sample>& samples) {
           judged(samples, d, [&](const Sample& s) { return plain(s) && s.rings == rings; });
       const degeneracy::Roc roc = degeneracy::roc_of(all);
       out += fmt::format("| {} | {} | {}/{} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {} | {} | {} |\n",
-                         kLooks[d].name, rings, roc.blind, roc.seen,
+                         kLooks[d].name, rings, roc.degenerate, roc.seen,
                          area([](const Sample& s) { return scene(s) && plain(s); }),
                          area([](const Sample& s) { return scene(s) && !s.masked; }), roc.auc,
                          roc.hit_at_5, rates(all, kLooks[d].threshold),
@@ -135,10 +135,10 @@ std::string place_table(const std::vector<Sample>& samples) {
     for (const Sample& s : samples) {
       if (name_of(s) != name) continue;
       wrong += s.truth.wrong_minimum ? 1 : 0;
-      if (!s.truth.blind) errors.push_back(s.truth.worst_m);
+      if (!s.truth.degenerate) errors.push_back(s.truth.worst_m);
     }
-    const bool both = roc.blind > 0 && roc.seen > 0;
-    out += fmt::format("| {} | {}/{} | {} | {} | {} | {} | {} |\n", name, roc.blind, roc.seen,
+    const bool both = roc.degenerate > 0 && roc.seen > 0;
+    out += fmt::format("| {} | {}/{} | {} | {} | {} | {} | {} |\n", name, roc.degenerate, roc.seen,
                        both ? fmt::format("{:.3f}", roc.auc) : "-", rates(scans, of_sigma(0.02)),
                        rates(scans, of_sigma(0.1)),
                        errors.empty() ? "-" : fmt::format("{:.3f}", eval::quantile(errors, 0.95)),
@@ -150,14 +150,18 @@ std::string place_table(const std::vector<Sample>& samples) {
 std::string json_of(const std::vector<Sample>& samples) {
   nlohmann::json rows = nlohmann::json::array();
   for (const Sample& s : samples) {
-    nlohmann::json row{{"place", s.place},       {"masked", s.masked},
-                       {"seed", s.seed},         {"rings", s.rings},
-                       {"driven_m", s.driven_m}, {"error_m", s.truth.worst_m},
-                       {"blind", s.truth.blind}, {"wrong_minimum", s.truth.wrong_minimum}};
+    nlohmann::json row{{"place", s.place},
+                       {"masked", s.masked},
+                       {"seed", s.seed},
+                       {"rings", s.rings},
+                       {"driven_m", s.driven_m},
+                       {"error_m", s.truth.worst_m},
+                       {"blind", s.truth.degenerate},
+                       {"wrong_minimum", s.truth.wrong_minimum}};
     for (std::size_t d = 0; d < kDetectors; ++d) {
-      const double off = s.said[d].off_axis_deg;
+      const double off = s.reported[d].off_axis_deg;
       row["detectors"][kLooks[d].name] = {
-          {"score", s.said[d].score},
+          {"score", s.reported[d].score},
           {"off_axis_deg", std::isfinite(off) ? nlohmann::json(off) : nlohmann::json()}};
     }
     rows.push_back(std::move(row));

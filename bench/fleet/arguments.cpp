@@ -20,7 +20,7 @@ Status set_scenes(const std::string& text, Arguments& a) {
   return {};
 }
 
-/// starts: measured by hand. none: the centre knows nothing. places: not even common clocks.
+/// starts: measured by hand. none: the fleet mapper has no priors. places: no common clock either.
 Status set_rows(const std::string& text, Arguments& a) {
   a.rows.clear();
   for (const std::string& name : bench::split(text)) {

@@ -16,7 +16,7 @@ eval::TriangleMesh mesh_of(const sim::TriangleMesh& world) {
   return mesh;
 }
 
-/// As write_map_files() tells the map.
+/// Poses of the other vehicles, passed to the map as by write_map_files().
 std::vector<geometry::Vec3> others_at(const Joined& joined, VehicleId vehicle, Time t) {
   std::vector<geometry::Vec3> others_map_m;
   for (const VehicleId id : joined.estimate.groups.front()) {

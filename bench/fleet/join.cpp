@@ -41,7 +41,7 @@ Result<Joined> join(const Mission& mission, std::uint64_t seed, const JoinOption
   knowledge.common_clock = options.common_clock;
   fleet::RoundCentre centre(*settings, knowledge);
   std::vector<std::vector<std::shared_ptr<const fleet::Fact>>> facts;
-  std::vector<drive::ToldByVehicle> told;
+  std::vector<drive::ReportedByVehicle> reported;
   for (const Driven& driven : mission.vehicles) {
     facts.emplace_back();
     for (const wire::Bytes& bytes : driven.facts) {
@@ -52,24 +52,24 @@ Result<Joined> join(const Mission& mission, std::uint64_t seed, const JoinOption
   }
   for (std::size_t v = 0; v < facts.size(); ++v) {
     if (mission.vehicles[v].poses.empty()) continue;
-    told.push_back({VehicleId{static_cast<std::uint16_t>(v)}, facts[v],
-                    mission.vehicles[v].poses.back().t, vehicle::PathSettings{}.rest_s});
+    reported.push_back({VehicleId{static_cast<std::uint16_t>(v)}, facts[v],
+                        mission.vehicles[v].poses.back().t, vehicle::PathSettings{}.rest_s});
   }
   Joined joined;
   SerialExecutor executor;
   std::vector<Time> ends;
   const bool rounds = options.by_rounds || settings->solve == fleet::SolveWhat::kRounds;
-  if (rounds) ends = drive::round_ends(told, drive::RoundsJob{});
+  if (rounds) ends = drive::round_ends(reported, drive::RoundsJob{});
   const double begin = bench::cpu_ms();
   double last = begin;
   std::size_t wholes = 0, solved = 0;
-  joined.estimate = drive::estimate_by_rounds(told, ends, centre, executor, [&](Time end) {
+  joined.estimate = drive::estimate_by_rounds(reported, ends, centre, executor, [&](Time end) {
     const double now = bench::cpu_ms();
-    const auto& boundary = centre.boundary();
+    const auto& separator = centre.separator();
     joined.rounds.push_back({end, centre.last(), now - last, centre.work().nodes,
-                             boundary ? static_cast<std::size_t>(boundary->unknowns()) : 0,
+                             separator ? static_cast<std::size_t>(separator->unknowns()) : 0,
                              centre.work().whole > wholes});
-    // A long mission takes its time.
+    // Progress output, because long missions take time.
     fmt::print(stderr, "round {} of {}: {:.2f} s, {} nodes, solved {} times, {} pieces known\n",
                joined.rounds.size(), ends.size(), joined.rounds.back().cpu_ms * 1e-3,
                joined.rounds.back().nodes, centre.work().rounds - solved, centre.work().pieces);

@@ -5,28 +5,28 @@
 
 namespace rali::fleet_bench {
 
-/// What the centre is given besides the facts.
+/// Inputs of the fleet mapper besides the facts.
 struct JoinOptions {
   std::string name;                   ///< of the row
   bool starts = true;                 ///< start poses as measured by hand: 0.2 m, 3 deg
   bool common_clock = true;           ///< false: no ranges, as if recorded on other days
-  bool by_rounds = false;             ///< an estimate at the end of each round, too
+  bool by_rounds = false;             ///< also estimates at the end of each round
   std::vector<std::string> settings;  ///< key=value
 };
 
-/// One vehicle's result as `rali map` writes it.
+/// One vehicle's result as written by `rali map`.
 struct Path {
   geometry::SE3 T_map_odom;
   std::vector<drive::PoseRecord> poses;  ///< in odom, corrected
   std::vector<drive::KeyframeRecord> keyframes;
 };
 
-/// What was known at the end of a round.
+/// State of the estimate at the end of a round.
 struct RoundMark {
   Time end;
   fleet::FleetEstimate estimate;
   double cpu_ms = 0.0;
-  std::size_t nodes = 0, unknowns = 0;  ///< of the solution; of the boundary's prior
+  std::size_t nodes = 0, unknowns = 0;  ///< of the solution; of the separator prior
   bool whole = false;                   ///< all facts were solved again
 };
 
@@ -34,11 +34,11 @@ struct RoundMark {
 struct Joined {
   fleet::FleetEstimate estimate;
   std::vector<Path> paths;  ///< by vehicle
-  double cpu_ms = 0.0;      ///< of the centre
+  double cpu_ms = 0.0;      ///< of the fleet mapper
   std::vector<RoundMark> rounds;
 };
 
-/// Gives the facts, as they came off the wire, to the centre. Errors: settings, unreadable facts.
+/// Passes the received facts to the fleet mapper. Errors: settings, unreadable facts.
 [[nodiscard]] Result<Joined> join(const Mission& mission, std::uint64_t seed,
                                   const JoinOptions& options);
 

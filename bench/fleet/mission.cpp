@@ -31,7 +31,7 @@ std::vector<geometry::Vec3> antennas_of(const sim::FleetSimulation& sim, int veh
   return antennas;
 }
 
-/// What of the simulation one vehicle's software gets to see.
+/// The part of the simulation that one vehicle's software receives.
 struct Part {
   int source = 0;  ///< vehicle of the simulation
   Time begin, end;
@@ -41,16 +41,16 @@ std::vector<Part> parts_of(const sim::FleetSimulation& sim, const Place& place) 
   std::vector<Part> parts;
   if (place.halves) {
     const Duration alone =
-        Duration::from_s(0.5 * (1.0 - place.common) * seconds_between(sim.t_begin(), sim.t_end()));
-    parts.push_back({0, sim.t_begin(), sim.t_end() - alone});
-    parts.push_back({0, sim.t_begin() + alone, sim.t_end()});
+        Duration::from_s(0.5 * (1.0 - place.common) * seconds_between(sim.t_start(), sim.t_end()));
+    parts.push_back({0, sim.t_start(), sim.t_end() - alone});
+    parts.push_back({0, sim.t_start() + alone, sim.t_end()});
     return parts;
   }
-  for (int v = 0; v < sim.vehicles(); ++v) parts.push_back({v, sim.t_begin(), sim.t_end()});
+  for (int v = 0; v < sim.vehicles(); ++v) parts.push_back({v, sim.t_start(), sim.t_end()});
   return parts;
 }
 
-/// The software of all vehicles, with the word that passes between them.
+/// The software of all vehicles, and the messages between them.
 class Fleet {
  public:
   Fleet(const sim::FleetSimulation& sim, std::vector<Part> parts,
@@ -75,10 +75,10 @@ class Fleet {
       vehicles_.emplace_back(id_of(v), settings);
       Driven driven;
       driven.T_world_start = sim.truth(part.source, part.begin).state.T_world_body;
-      driven.way_m = sim.way_m(part.source);
+      driven.path_m = sim.path_m(part.source);
       mission_.vehicles.push_back(std::move(driven));
     }
-    mission_.duration_s = seconds_between(sim.t_begin(), sim.t_end());
+    mission_.duration_s = seconds_between(sim.t_start(), sim.t_end());
   }
 
   void take(const sim::FleetSimulation& sim, const sim::FleetMessage& message) {
@@ -106,7 +106,7 @@ class Fleet {
       if (within(imu->t)) step(v, *imu);
     } else if (const auto* scan =
                    std::get_if<std::shared_ptr<const sensor::LidarScan>>(&message.data)) {
-      if (!within((*scan)->t_begin) || !within((*scan)->t_end)) return;
+      if (!within((*scan)->t_start) || !within((*scan)->t_end)) return;
       mission_.vehicles[v].truth.push_back(
           {(*scan)->t_end, sim.truth(part.source, (*scan)->t_end).state.T_world_body});
       step(v, *scan);
@@ -188,7 +188,7 @@ Result<Mission> drive_anew(const Place& place, PlaceWorld world) {
   if (!sim) return tl::make_unexpected(sim.error());
   std::vector<geometry::SE3> T_world_start;
   for (int v = 0; place.known && v < (*sim)->vehicles(); ++v) {
-    T_world_start.push_back((*sim)->truth(v, (*sim)->t_begin()).state.T_world_body);
+    T_world_start.push_back((*sim)->truth(v, (*sim)->t_start()).state.T_world_body);
   }
   Fleet fleet(**sim, parts_of(**sim, place), *settings, starts_by_hand(T_world_start, place.seed));
   while (auto message = (*sim)->next()) fleet.take(**sim, *message);

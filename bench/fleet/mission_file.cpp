@@ -29,8 +29,8 @@ struct FileKeyframe {
   geometry::Mat6 covariance;
 };
 
-/// Writes or reads plain values; a struct is its bytes, for the machine that wrote it. Stops at the
-/// first failure.
+/// Writes or reads plain values; structs as bytes, valid on the machine that wrote them. Stops at
+/// the first failure.
 class Pipe {
  public:
   Pipe(std::FILE* file, bool writing) : file_(file), writing_(writing) {}
@@ -118,7 +118,7 @@ void pass(Pipe& pipe, Mission& mission) {
   resize(pipe, mission.vehicles);
   for (Driven& v : mission.vehicles) {
     pipe.value(v.T_world_start);
-    pipe.value(v.way_m);
+    pipe.value(v.path_m);
     pipe.list(v.truth);
     pipe.list(v.poses);
     pass(pipe, v.smoothed);
@@ -148,7 +148,7 @@ bool load_mission(const std::string& path, Mission& mission) {
 }
 
 Status save_mission(const std::string& path, const Mission& mission) {
-  // Written under another name first: a run that is stopped leaves no half mission.
+  // Written under another name first, so that an interrupted run leaves no partial mission.
   const std::string half = fmt::format("{}.{}", path, getpid());
   bool kept = false;
   {

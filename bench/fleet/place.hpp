@@ -8,7 +8,7 @@
 
 namespace rali::fleet_bench {
 
-/// What decides what the vehicles see and tell.
+/// All options that affect the measurements and messages of the vehicles.
 struct Place {
   std::string scene;  ///< shipped, or a .yaml file (docs/reference/scenes.md)
   std::uint64_t seed = 1;
@@ -17,16 +17,16 @@ struct Place {
   double duration_s = 0.0;  ///< 0: all rounds
   /// The recording of one vehicle is cut into two that overlap, as if of two vehicles and days.
   bool halves = false;
-  bool known = false;   ///< the vehicles are told the start poses, too, as measured by hand
-  double common = 0.2;  ///< share of the recording's time that both halves have
+  bool known = false;                 ///< the vehicles also get start poses, as measured by hand
+  double common = 0.2;                ///< fraction of the recording's time that is in both parts
   std::vector<std::string> settings;  ///< key=value for the vehicles
 };
 
-/// A world with starts for its vehicles, and what drives in it.
+/// A world with starts for its vehicles, and the fleet's options.
 struct PlaceWorld {
   sim::World world;
   sim::FleetOptions options;
-  std::string scene;  ///< effective scene.yaml of a scene that came from a file
+  std::string scene;  ///< effective scene.yaml of a scene loaded from a file
 };
 
 [[nodiscard]] bool from_file(const Place& place);
@@ -34,7 +34,7 @@ struct PlaceWorld {
 /// Errors (kUsage): no such scene, too many vehicles; of the file.
 [[nodiscard]] Result<PlaceWorld> world_of(const Place& place);
 
-/// The scene's name, or that of its file without folder and ending.
+/// The scene's name, or that of its file without folder and extension.
 [[nodiscard]] std::string name_of(const Place& place);
 
 }  // namespace rali::fleet_bench

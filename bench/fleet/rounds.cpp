@@ -13,7 +13,7 @@ namespace {
 
 using geometry::SE3;
 
-/// Lays the truth on the first keyframe of the map's first vehicle: errors grow from there.
+/// Aligns ground truth to the first keyframe of the map's first vehicle: errors grow from there.
 std::optional<SE3> T_map_world(const Mission& mission, const fleet::FleetEstimate& estimate) {
   if (estimate.groups.empty() || estimate.groups[0].empty()) return std::nullopt;
   const auto first = estimate.keyframes.lower_bound({estimate.groups[0].front(), 0});
@@ -24,11 +24,11 @@ std::optional<SE3> T_map_world(const Mission& mission, const fleet::FleetEstimat
 }
 
 struct At {
-  double way_m = 0.0;  ///< of the vehicle that is farthest from the begin
+  double path_m = 0.0;  ///< of the vehicle that is farthest from its start
   double worst_m = 0.0, sigma_m = 0.0;
 };
 
-/// The newest keyframe of each vehicle up to a time.
+/// Errors of the newest keyframe of each vehicle up to a time.
 std::optional<At> errors_at(const Mission& mission, const fleet::FleetEstimate& estimate, Time t) {
   const auto T = T_map_world(mission, estimate);
   if (!T) return std::nullopt;
@@ -43,7 +43,7 @@ std::optional<At> errors_at(const Mission& mission, const fleet::FleetEstimate& 
     const auto truth = truth_at(mission, vehicle, newest->t);
     if (!truth) continue;
     const SE3& begin = mission.vehicles[vehicle.value].T_world_start;
-    at.way_m = std::max(at.way_m, (truth->p - begin.p).norm());
+    at.path_m = std::max(at.path_m, (truth->p - begin.p).norm());
     const double error_m = (newest->T_map_body.p - *T * truth->p).norm();
     if (error_m < at.worst_m) continue;
     at.worst_m = error_m;
@@ -65,7 +65,7 @@ std::string round_table(const Mission& mission, const Joined& joined) {
     if (!then || !late) continue;
     text +=
         fmt::format("| {} | {:.0f} | {:.3f} | {:.3f} | {:.3f} | {:.2f} | {} | {} | {} |\n", k + 1,
-                    then->way_m, then->worst_m, then->sigma_m, late->worst_m, round.cpu_ms * 1e-3,
+                    then->path_m, then->worst_m, then->sigma_m, late->worst_m, round.cpu_ms * 1e-3,
                     round.nodes, round.unknowns, round.whole ? "all" : "round");
   }
   return text;

@@ -6,8 +6,8 @@
 
 namespace rali::fleet_bench {
 
-/// One row per round: how far the fleet has come, what its newest keyframes are off by as known at
-/// the end of the round, and at the end of the mission, and what the estimate cost. Markdown.
+/// One row per round in Markdown: path length of the fleet, errors of its newest keyframes as
+/// estimated at the end of the round and of the mission, and cost of the estimate.
 [[nodiscard]] std::string round_table(const Mission& mission, const Joined& joined);
 
 }  // namespace rali::fleet_bench

@@ -32,7 +32,7 @@ std::vector<std::size_t> largest_group(const fleet::FleetEstimate& estimate) {
   return members;
 }
 
-/// Straight ways leave the turn about themselves open; then the first pose is laid on the truth.
+/// Straight paths leave the roll about themselves unobservable; then the first pose is aligned.
 SE3 aligned(const eval::PairList& pairs) {
   auto T = eval::align(pairs, eval::Alignment::kSe3);
   if (!T) T = eval::align(pairs, eval::Alignment::kOrigin);
@@ -46,7 +46,7 @@ void score_paths(const Mission& mission, const Joined& joined,
     const eval::PairList own = pairs_of(mission.vehicles[v], joined.paths[v]);
     all.insert(all.end(), own.begin(), own.end());
   }
-  const bool fleet = members.size() > 1;  // one of several is no fleet
+  const bool fleet = members.size() > 1;  // a single vehicle is not a fleet
   if (fleet && !all.empty()) {
     const auto ape = eval::translation_statistics(eval::absolute_errors(all, aligned(all)));
     s.ape_m = ape.rmse;
@@ -80,8 +80,8 @@ void score_frames(const Mission& mission, const Joined& joined,
   }
 }
 
-/// Poses of keyframes in the map against their covariances. The map's frame is that of the group's
-/// first pose, so that is where the truth is laid on.
+/// NEES of keyframe poses in the map. The map's frame is that of the group's first pose, so ground
+/// truth is aligned there.
 void score_honesty(const Mission& mission, const Joined& joined,
                    const std::vector<std::size_t>& members, Scores& s) {
   eval::PairList pairs;
@@ -105,7 +105,7 @@ void score_honesty(const Mission& mission, const Joined& joined,
   const eval::Consistency c = eval::consistency(pairs, covariances, T_est_ref, 6);
   s.nees6 = c.mean;
   s.nees_median = c.median;
-  s.share95 = c.share_within_95;
+  s.fraction95 = c.fraction_within_95;
 }
 
 bool is_wrong(const Mission& mission, const fleet::LoopVerdict& loop) {
@@ -151,7 +151,7 @@ Result<Scores> score(const Mission& mission, const Joined& joined, const Place& 
   s.duration_s = mission.duration_s;
   s.vehicles_s = 1e-3 * mission.cpu_ms;
   s.centre_s = 1e-3 * joined.cpu_ms;
-  for (const Driven& driven : mission.vehicles) s.way_m += driven.way_m;
+  for (const Driven& driven : mission.vehicles) s.path_m += driven.path_m;
   const std::vector<std::size_t> members = largest_group(joined.estimate);
   if (members.empty()) return fail(ErrorCode::kNoAnswer, s.scene, "no vehicle has a path");
   score_paths(mission, joined, members, s);

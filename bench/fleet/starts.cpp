@@ -15,7 +15,7 @@ namespace {
 constexpr double kTapeSigma_m = 0.2;
 constexpr double kCompassSigma_rad = 3.0 * std::numbers::pi / 180.0;
 
-/// Upright, heading as the body.
+/// Upright, with the heading of the body.
 SE3 levelled(const SE3& T_world_body) {
   return fleet::level_start(T_world_body, geometry::Vec3::UnitZ());
 }

@@ -30,14 +30,14 @@ const std::vector<Column>& columns() {
       {"frame m", [](const Scores& s) { return s.frame_m; }, 3},
       {"frame deg", [](const Scores& s) { return s.frame_deg; }, 2},
       {"NEES 6", [](const Scores& s) { return s.nees6; }, 1},
-      {"in 95 %", [](const Scores& s) { return s.share95; }, 2, true},
+      {"in 95 %", [](const Scores& s) { return s.fraction95; }, 2, true},
       {"cloud to mesh m", [](const Scores& s) { return s.mesh_m; }, 4},
       {"centre s", [](const Scores& s) { return s.centre_s; }, 1},
       {"MB/min", [](const Scores& s) { return s.mb_per_min; }, 2}};
   return kColumns;
 }
 
-/// In the order in which they came: runs of one scene and row.
+/// Runs grouped by scene and row, in the order of their first run.
 std::vector<Group> groups_of(const std::vector<Scores>& runs) {
   std::vector<Group> groups;
   for (const Scores& run : runs) {
@@ -63,7 +63,7 @@ std::string heading(const char* first) {
          "---|---|---|---|---|\n";
 }
 
-/// What of several runs counts once for each.
+/// Sums over several runs.
 std::string counts_text(const Group& group) {
   std::size_t joined = 0, vehicles = 0, wrongly = 0;
   LoopCount loops;
@@ -105,7 +105,7 @@ std::string summary_table(const std::vector<Group>& groups) {
   return out;
 }
 
-/// Traffic does not depend on how the centre joins: of the first row of each scene.
+/// Traffic does not depend on the fleet mapper: it is taken from the first row of each scene.
 std::string traffic_table(const std::vector<Group>& groups) {
   std::string out =
       "\n| facts of a vehicle | messages per min | bytes each | MB per min |\n|---|---|---|---|\n";

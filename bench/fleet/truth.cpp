@@ -18,16 +18,16 @@ namespace {
 constexpr double kKnown_m = 0.3;
 constexpr double kKnown_rad = 3.0 * std::numbers::pi / 180.0;
 
-/// The part of an error along directions that the information knows well enough.
-/// Information on three of the six parameters, the other three integrated out.
+/// Information on three of the six parameters, with the other three marginalised.
 Mat3 loop_marginal(const geometry::Mat6& information, int first) {
-  constexpr double kLeast = 1e-9;  // keeps what nobody knows invertible
+  constexpr double kMin = 1e-9;  // keeps unobservable directions invertible
   const int other = 3 - first;
-  const Mat3 out = information.block<3, 3>(other, other) + kLeast * Mat3::Identity();
+  const Mat3 out = information.block<3, 3>(other, other) + kMin * Mat3::Identity();
   const Mat3 cross = information.block<3, 3>(other, first);
   return information.block<3, 3>(first, first) - cross.transpose() * out.ldlt().solve(cross);
 }
 
+/// Norm of the error along the directions in which the information gives a sigma below `sigma`.
 double known_part(const Vec3& error, const Mat3& information, double sigma) {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(information);
   double sum = 0.0;
@@ -97,10 +97,10 @@ std::optional<FrameError> loop_error(const Mission& mission, const fleet::LoopVe
   const auto Q_to = truth_at(mission, loop.to.vehicle, loop.t_to);
   if (!Q_from || !Q_to) return std::nullopt;
   const SE3 truth = Q_from->inverse() * *Q_to;
-  // Rotation in `to`, translation in `from`, as the information has it.
+  // Rotation in `to`, translation in `from`, as for the information.
   const Vec3 turn = geometry::so3_log(truth.R.transpose() * loop.T_from_to.R);
   const Vec3 shift = loop.T_from_to.p - truth.p;
-  // What is claimed of the place whatever the rotation is, and of the rotation whatever the place.
+  // Marginal of the position over the rotation, and of the rotation over the position.
   return FrameError{known_part(shift, loop_marginal(loop.information, 3), kKnown_m),
                     known_part(turn, loop_marginal(loop.information, 0), kKnown_rad)};
 }

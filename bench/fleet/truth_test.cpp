@@ -16,8 +16,8 @@ constexpr double kRad = 0.1;
 
 SE3 at(double x_m, double y_m = 0.0) { return {geometry::Mat3::Identity(), Vec3(x_m, y_m, 0.0)}; }
 
-/// Both drive 1 m/s along x and see each metre; the second one's odometry begins `drift_m` to the
-/// left, and is right from `good_s` on.
+/// Both drive 1 m/s along x with a keyframe each metre. The odometry of a vehicle starts `drift_m`
+/// to the left and is correct from `good_s` on.
 struct Recorded {
   Mission mission;
   Joined joined;
@@ -38,7 +38,7 @@ struct Recorded {
   }
 };
 
-// The halves are 0 to 60 s and 40 to 100 s: what they have in common is 40 to 60 s.
+// The two parts are 0 to 60 s and 40 to 100 s: their overlap is 40 to 60 s.
 Recorded halves() {
   Recorded r;
   r.add(0, 0, 60, 0.4, 45);
@@ -53,13 +53,13 @@ TEST(FrameError, of_vehicles_is_taken_where_each_begins) {
   EXPECT_NEAR(error->distance_m, 0.4, 1e-12);
 }
 
-// What the first half's odometry did before the second began is no error of the second's frame.
+// Odometry errors of the first part before the second began are not an error of the second's frame.
 TEST(FrameError, of_halves_is_taken_in_the_middle_of_what_both_have) {
   Recorded r = halves();
   auto error = frame_error(r.mission, r.joined, 0, 1, true);
   ASSERT_TRUE(error);
   EXPECT_NEAR(error->distance_m, 0.0, 1e-12);
-  // Turned about the origin: 50 m away that is 5 m.
+  // Rotated about the origin: 5 m at 50 m distance.
   r.joined.paths[1].T_map_odom.R = geometry::rotation_from_rpy(0.0, 0.0, kRad);
   error = frame_error(r.mission, r.joined, 0, 1, true);
   ASSERT_TRUE(error);

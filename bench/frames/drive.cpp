@@ -22,20 +22,20 @@ std::vector<Vec2> way_through(const std::vector<Vec2>& corners, std::size_t n) {
     }
     const double s = at_m.back() * static_cast<double>(i) / static_cast<double>(n - 1);
     while (leg + 1 < corners.size() && at_m[leg] < s) ++leg;
-    const double share = (s - at_m[leg - 1]) / std::max(1e-9, at_m[leg] - at_m[leg - 1]);
-    out.push_back(corners[leg - 1] + share * (corners[leg] - corners[leg - 1]));
+    const double fraction = (s - at_m[leg - 1]) / std::max(1e-9, at_m[leg] - at_m[leg - 1]);
+    out.push_back(corners[leg - 1] + fraction * (corners[leg] - corners[leg - 1]));
   }
   return out;
 }
 
-Drive drive_along(const std::vector<Vec2>& way, const DriveErrors& errors, Rng& rng) {
+Drive drive_along(const std::vector<Vec2>& path, const DriveErrors& errors, Rng& rng) {
   Drive out;
-  out.true_m = way;
-  out.odom_m = {way.front()};
+  out.true_m = path;
+  out.odom_m = {path.front()};
   const double scale = 1.0 + errors.scale * rng.normal();
   double yaw_rad = 0.0;
-  for (std::size_t i = 1; i < way.size(); ++i) {
-    const Vec2 step = way[i] - way[i - 1];
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const Vec2 step = path[i] - path[i - 1];
     yaw_rad += errors.yaw_deg_per_sqrt_m * fleet::kDegree * std::sqrt(step.norm()) * rng.normal();
     const Vec3 seen =
         fleet::YawPose{yaw_rad, Vec3::Zero()}.turned(scale * Vec3(step.x(), step.y(), 0.0));

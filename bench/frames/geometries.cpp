@@ -23,7 +23,7 @@ namespace {
 constexpr std::size_t kRanges = 200;
 constexpr double kSigma_m = 0.07, kBias_m = 0.10;
 
-/// Ways in the tag's and the anchor's odom frame, and how the frames lie at 0 deg.
+/// Paths in the tag's and the anchor's odom frame, and the relative pose of the frames at 0 deg.
 struct Geometry {
   const char* name;
   std::vector<Vec2> tag, anchor;
@@ -65,7 +65,7 @@ struct Error {
   double nees = 0.0, sigma_yaw_rad = 0.0, sigma_m = 0.0;
 };
 
-/// Where the anchor stands, in the tag's frame: what ranges to one who stands tell.
+/// Position of the anchor in the tag's frame: ranges to a stationary vehicle determine only this.
 Error error_of_place(const fleet::FrameHypothesis& h, const YawPose& truth) {
   Error e;
   const Vec3 seen = h.T_b_a.inverse() * Vec3(Vec3::Zero());
@@ -94,12 +94,12 @@ void run(const Geometry& g, bool drift, Rng& rng, Column& out) {
   DriveErrors errors;
   if (!drift) errors.scale = errors.yaw_deg_per_sqrt_m = 0.0;
   YawPose truth = g.T_anchor_tag;
-  // Headings between the grid's, and both frames anywhere.
+  // Headings between those of the search grid, and arbitrary poses of both frames.
   const YawPose turn{rng.uniform(-3.14, 3.14), Vec3::Zero()};
   const Drive tag = drive_along(way_through(g.tag, kRanges), errors, rng);
   Drive anchor = drive_along(way_through(g.anchor, kRanges), errors, rng);
-  for (auto* way : {&anchor.true_m, &anchor.odom_m}) {
-    for (Vec2& p : *way) p = turn.turned(Vec3(p.x(), p.y(), 0.0)).head<2>();
+  for (auto* path : {&anchor.true_m, &anchor.odom_m}) {
+    for (Vec2& p : *path) p = turn.turned(Vec3(p.x(), p.y(), 0.0)).head<2>();
   }
   truth = turn * truth;
   fleet::InitSettings settings;
@@ -109,18 +109,18 @@ void run(const Geometry& g, bool drift, Rng& rng, Column& out) {
   for (std::size_t k = 0; k < kRanges; ++k) {
     track.add(observe(tag, anchor, truth, k, 0.1 * static_cast<double>(k), kBias_m, kSigma_m, rng));
   }
-  const double begin_ms = bench::cpu_ms();
+  const double start_ms = bench::cpu_ms();
   const fleet::HypothesisSet set = fleet::range_hypotheses(track, settings);
-  out.ms += bench::cpu_ms() - begin_ms;
+  out.ms += bench::cpu_ms() - start_ms;
   const bool stands = g.anchor.size() == 1;
   Error best;
   std::size_t nearest = set.all.size();
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < set.all.size(); ++k) {
     const Error e = stands ? error_of_place(set.all[k], truth) : error_of_frame(set.all[k], truth);
     const double size = e.place_m.norm() + 5.0 * std::abs(e.yaw_rad);
-    if (size >= least) continue;
-    least = size;
+    if (size >= minimum) continue;
+    minimum = size;
     best = e;
     nearest = k;
   }

@@ -27,13 +27,13 @@ namespace {
 
 constexpr double kEvery_s = 2.0;
 
-/// Odometry of one robot, in its levelled odom frame: that of its first pose.
+/// Odometry of one robot in its gravity-aligned odom frame, the frame of its first pose.
 struct Robot {
   fleet::StreamKey key;
   YawPose T_world_odom;  ///< true
   std::map<int, SE3> T_odom_body;
-  std::map<int, Mat3> covariance_m2;  ///< of the place, without what headings do to it
-  double way_m = 0.0, yaw_variance = 0.0;
+  std::map<int, Mat3> covariance_m2;  ///< of the position, without the effect of heading errors
+  double path_m = 0.0, yaw_variance = 0.0;
 };
 
 struct Recording {
@@ -42,11 +42,11 @@ struct Recording {
   std::vector<ranges_bench::PyfgRange> ranges;  ///< between robots, by time
 };
 
-void begin_robot(const Pyfg& file, const PyfgName& name, Recording& out) {
+void start_robot(const Pyfg& file, const PyfgName& name, Recording& out) {
   const SE3 T_world_first = file.poses.at(name).T;
   Robot robot;
   robot.key = {VehicleId{static_cast<std::uint16_t>(name.robot - 'A')}, 0};
-  // Gravity tells roll and pitch; heading and place are what is sought.
+  // Gravity determines roll and pitch; heading and position are to be estimated.
   const Vec3 rpy = geometry::rpy_from_rotation(T_world_first.R);
   robot.T_world_odom = {rpy.z(), T_world_first.p};
   robot.T_odom_body[name.index] = {geometry::rotation_from_rpy(rpy.x(), rpy.y(), 0.0),
@@ -59,7 +59,7 @@ void begin_robot(const Pyfg& file, const PyfgName& name, Recording& out) {
 Recording recording_of(const Pyfg& file) {
   Recording out;
   for (const auto& [name, pose] : file.poses) {
-    if (!out.index.contains(name.robot)) begin_robot(file, name, out);
+    if (!out.index.contains(name.robot)) start_robot(file, name, out);
   }
   for (const ranges_bench::PyfgStep& step : file.steps) {
     if (step.from.robot != step.to.robot) continue;
@@ -72,7 +72,7 @@ Recording recording_of(const Pyfg& file) {
     robot.covariance_m2[step.to.index] =
         robot.covariance_m2[step.from.index] +
         R * step.covariance.bottomRightCorner<3, 3>() * R.transpose();
-    robot.way_m += step.T_from_to.p.norm();
+    robot.path_m += step.T_from_to.p.norm();
     robot.yaw_variance += step.covariance(2, 2);
   }
   for (const ranges_bench::PyfgRange& r : file.ranges) {
@@ -84,12 +84,12 @@ Recording recording_of(const Pyfg& file) {
   return out;
 }
 
-/// Drift as the files' covariances tell it.
+/// Drift settings from the covariances in the files.
 fleet::InitSettings settings_of(const Recording& recording) {
   fleet::InitSettings settings;
   double walk = 0.0;
   for (const Robot& robot : recording.robots) {
-    if (robot.way_m > 1.0) walk = std::max(walk, std::sqrt(robot.yaw_variance / robot.way_m));
+    if (robot.path_m > 1.0) walk = std::max(walk, std::sqrt(robot.yaw_variance / robot.path_m));
   }
   settings.drift.yaw_deg_per_sqrt_m = std::max(settings.drift.yaw_deg_per_sqrt_m, walk / kDegree);
   return settings;

@@ -22,45 +22,45 @@ namespace {
 
 constexpr double kStep_s = 0.2, kSpeed_mps = 0.7, kDuration_s = 120.0, kEvery_s = 4.0;
 constexpr double kSigma_m = 0.1, kBias_m = 0.15;
-/// A frame that is committed farther off than this is wrong.
+/// A committed frame with a larger error is wrong.
 constexpr double kWrong_m = 1.0, kWrong_deg = 10.0;
-/// Of a range whose direct way is blocked.
-constexpr double kBlockedShare = 0.1, kExcess_m = 1.5;
+/// Fraction and largest excess of ranges with an obstructed line of sight.
+constexpr double kBlockedFraction = 0.1, kExcess_m = 1.5;
 
-enum class Way { kRandom, kStraight, kStand, kStandThenL };
+enum class Path { kRandom, kStraight, kStand, kStandThenL };
 
 struct Scenario {
   const char* name;
-  std::vector<Way> ways;
-  bool chain = false;    ///< each hears only its neighbour in the list
+  std::vector<Path> paths;
+  bool chain = false;    ///< each vehicle ranges only with its neighbour in the list
   bool blocked = false;  ///< some ranges are too long
 };
 
 std::vector<Scenario> scenarios() {
   return {
-      {"both drive", {Way::kRandom, Way::kRandom}, false, false},
+      {"both drive", {Path::kRandom, Path::kRandom}, false, false},
       {"both drive, 10 % of ranges up to 1.5 m too long",
-       {Way::kRandom, Way::kRandom},
+       {Path::kRandom, Path::kRandom},
        false,
        true},
-      {"anchor stands 40 s, then L 4 + 4", {Way::kStandThenL, Way::kRandom}, false, false},
-      {"anchor stands", {Way::kStand, Way::kRandom}, false, false},
-      {"anchor stands, tag straight", {Way::kStand, Way::kStraight}, false, false},
-      {"both straight", {Way::kStraight, Way::kStraight}, false, false},
+      {"anchor stands 40 s, then L 4 + 4", {Path::kStandThenL, Path::kRandom}, false, false},
+      {"anchor stands", {Path::kStand, Path::kRandom}, false, false},
+      {"anchor stands, tag straight", {Path::kStand, Path::kStraight}, false, false},
+      {"both straight", {Path::kStraight, Path::kStraight}, false, false},
       {"three drive, the third hears the second only",
-       {Way::kRandom, Way::kRandom, Way::kRandom},
+       {Path::kRandom, Path::kRandom, Path::kRandom},
        true,
        false},
   };
 }
 
-/// A place every kStep_s.
-std::vector<Vec2> way_of(Way kind, Rng& rng) {
+/// A position every kStep_s.
+std::vector<Vec2> path_of(Path kind, Rng& rng) {
   const auto n = static_cast<std::size_t>(kDuration_s / kStep_s);
   const double length_m = kSpeed_mps * kDuration_s;
-  if (kind == Way::kStand) return std::vector<Vec2>(n, Vec2::Zero());
-  if (kind == Way::kStraight) return way_through({{0, 0}, {length_m, 0}}, n);
-  if (kind == Way::kStandThenL) {
+  if (kind == Path::kStand) return std::vector<Vec2>(n, Vec2::Zero());
+  if (kind == Path::kStraight) return way_through({{0, 0}, {length_m, 0}}, n);
+  if (kind == Path::kStandThenL) {
     std::vector<Vec2> out(n / 3, Vec2::Zero());
     const auto moving = static_cast<std::size_t>(8.0 / kSpeed_mps / kStep_s);
     const double side = rng.below(2) == 0 ? -1.0 : 1.0;
@@ -92,8 +92,8 @@ class Start {
  public:
   Start(const Scenario& scenario, bool prior, std::uint64_t seed)
       : scenario_(scenario), rng_(seed, scenario.name), solver_(settings_, key(0)) {
-    for (std::size_t v = 0; v < scenario.ways.size(); ++v) {
-      drives_.push_back(drive_along(way_of(scenario.ways[v], rng_), DriveErrors{}, rng_));
+    for (std::size_t v = 0; v < scenario.paths.size(); ++v) {
+      drives_.push_back(drive_along(path_of(scenario.paths[v], rng_), DriveErrors{}, rng_));
       const Vec3 at(rng_.uniform(-14.0, 14.0), rng_.uniform(-14.0, 14.0), 0.0);
       T_world_odom_.push_back({rng_.uniform(-3.14, 3.14), at});
       biases_m_.push_back(kBias_m * rng_.normal());
@@ -109,9 +109,9 @@ class Start {
     for (std::size_t k = 0; k < n; ++k) {
       listen(k);
       if (k % every != 0) continue;
-      const double begin_ms = bench::cpu_ms();
+      const double start_ms = bench::cpu_ms();
       solver_.evaluate(Time::from_s(kStep_s * static_cast<double>(k)));
-      tally.ms += bench::cpu_ms() - begin_ms;
+      tally.ms += bench::cpu_ms() - start_ms;
       ++tally.evaluations;
       if (look(kStep_s * static_cast<double>(k), tally)) return;
     }
@@ -142,7 +142,7 @@ class Start {
         fleet::RangeObservation o =
             observe(drives_[a], drives_[b], truth(b, a), k, kStep_s * static_cast<double>(k),
                     biases_m_[a], kSigma_m, rng_);
-        if (scenario_.blocked && rng_.uniform() < kBlockedShare) {
+        if (scenario_.blocked && rng_.uniform() < kBlockedFraction) {
           o.range_m += rng_.uniform(0.0, kExcess_m);
         }
         solver_.add_range(key(a), key(b), o);
@@ -150,7 +150,7 @@ class Start {
     }
   }
 
-  /// @return true if all are placed
+  /// @return true if all are initialised
   bool look(double t_s, Tally& tally) {
     bool all = true;
     for (std::size_t v = 1; v < drives_.size(); ++v) {
@@ -162,7 +162,7 @@ class Start {
       }
       found_[v] = true;
       const YawPose T_true = truth(0, v);
-      // Both at the time of the commitment: the frame serves from then on.
+      // Both at the time of the commitment, since the frame is used from then on.
       const double place_m = (T->t_m - T_true.t_m).norm();
       const double yaw_deg = std::abs(fleet::wrapped(T->yaw_rad - T_true.yaw_rad)) / kDegree;
       tally.place_m.push_back(place_m);
@@ -179,7 +179,7 @@ class Start {
     return all;
   }
 
-  /// Squared error of (yaw, x, y) over its covariance, per number.
+  /// Normalised estimation error squared of (yaw, x, y), per degree of freedom.
   [[nodiscard]] double nees(std::size_t v, const YawPose& T, const YawPose& T_true) const {
     const fleet::FleetFrames frames = solver_.frames();
     const fleet::SolvedGroup& group = frames.groups.front();
@@ -234,7 +234,7 @@ std::string start_table(int starts) {
           scenario.name, prior ? "yes" : "no", t.committed, t.wanted, t.wrong, median(t.place_m),
           rms(t.place_m), largest(t.place_m), rms(t.yaw_deg), largest(t.yaw_deg), mean(t.nees),
           median(t.time_s), largest(t.time_s), t.ms / std::max(1, t.evaluations));
-      // A row takes minutes: whoever waits sees it at once.
+      // A row takes minutes, so it is shown at once.
       fmt::print(stderr, "{}", row);
       out += row;
     }

@@ -21,9 +21,8 @@ struct Arguments {
   bool stages = false;  ///< instead of the study
 };
 
-/// @return the arguments, or the exit code with which the program ends: 0 after --help, 2 where
-/// they
-///         are wrong (a sentence on stderr).
+/// @return the arguments, or the exit code with which the program ends: 0 after --help, 2 if they
+/// are wrong (a sentence on stderr).
 [[nodiscard]] tl::expected<Arguments, int> parse_arguments(int argc, const char* const* argv);
 
 }  // namespace rali::recognition

@@ -22,10 +22,10 @@ places::PosedScan posed(const Kept& k) {
   return out;
 }
 
-/// One vehicle's keyframes about `spacing_m` apart, with the way to each.
+/// One vehicle's keyframes about `spacing_m` apart, with the path length up to each.
 struct Path {
   std::vector<const Kept*> keyframes;
-  std::vector<double> way_m;
+  std::vector<double> path_m;
 };
 
 std::vector<Path> paths_of(const std::vector<Kept>& keyframes, double spacing_m) {
@@ -34,14 +34,14 @@ std::vector<Path> paths_of(const std::vector<Kept>& keyframes, double spacing_m)
     const std::size_t v = k.id.vehicle.value;
     if (out.size() <= v) out.resize(v + 1);
     Path& path = out[v];
-    double way = 0.0;
+    double distance_m = 0.0;
     if (!path.keyframes.empty()) {
       const double step = (k.T_odom_body.p - path.keyframes.back()->T_odom_body.p).norm();
       if (step < spacing_m) continue;
-      way = path.way_m.back() + step;
+      distance_m = path.path_m.back() + step;
     }
     path.keyframes.push_back(&k);
-    path.way_m.push_back(way);
+    path.path_m.push_back(distance_m);
   }
   return out;
 }
@@ -51,7 +51,7 @@ Result<Piece> piece_around(const Path& path, std::size_t middle, const PieceOpti
   std::vector<places::PosedScan> scans;
   std::size_t at = 0;
   for (std::size_t k = 0; k < path.keyframes.size(); ++k) {
-    if (std::abs(path.way_m[k] - path.way_m[middle]) > 0.5 * o.length_m) continue;
+    if (std::abs(path.path_m[k] - path.path_m[middle]) > 0.5 * o.length_m) continue;
     if (k == middle) at = scans.size();
     scans.push_back(posed(*path.keyframes[k]));
   }
@@ -76,8 +76,9 @@ Result<std::vector<Piece>> cut(const std::vector<Kept>& keyframes, const PieceOp
   for (const Path& path : paths_of(keyframes, o.scan_every_m)) {
     double next_m = 0.5 * o.length_m;
     for (std::size_t k = 0; k < path.keyframes.size(); ++k) {
-      if (path.way_m[k] < next_m || path.way_m[k] + 0.5 * o.length_m > path.way_m.back()) continue;
-      next_m = path.way_m[k] + o.every_m;
+      if (path.path_m[k] < next_m || path.path_m[k] + 0.5 * o.length_m > path.path_m.back())
+        continue;
+      next_m = path.path_m[k] + o.every_m;
       auto piece = piece_around(path, k, o, settings);
       if (!piece) return tl::make_unexpected(piece.error());
       out.push_back(std::move(*piece));

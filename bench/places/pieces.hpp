@@ -13,7 +13,7 @@ struct PieceOptions {
   double scan_every_m = 1.0;
 };
 
-/// A submap with the truth.
+/// A submap with ground truth.
 struct Piece {
   places::Submap submap;
   geometry::SE3 T_world_ref;  ///< true
@@ -21,12 +21,12 @@ struct Piece {
   double make_ms = 0.0, describe_ms = 0.0;
 };
 
-/// Cuts each vehicle's path. Errors: of make_submap().
+/// Cuts each vehicle's trajectory into submaps. Errors: of make_submap().
 [[nodiscard]] Result<std::vector<Piece>> cut(const std::vector<Kept>& keyframes,
                                              const PieceOptions& options,
                                              const places::PlacesSettings& settings);
 
-/// Whether two pieces hold a scan in common.
+/// True if two submaps have a scan in common.
 [[nodiscard]] bool share_scans(const Piece& a, const Piece& b);
 
 }  // namespace rali::recognition

@@ -70,7 +70,7 @@ Kept thinned(const odometry::Keyframe& k, KeyframeId id, const Vec3& g_odom, con
   return out;
 }
 
-/// What one odometry gets to see, and what it has made of it.
+/// Input and state of one odometry.
 struct Rover {
   int source = 0;  ///< vehicle of the simulation
   Time begin, end;
@@ -84,9 +84,9 @@ struct Rover {
 
 std::vector<Rover> rovers_of(const sim::FleetSimulation& fleet, const RecordOptions& o) {
   constexpr double kFirstUntil = 0.6, kSecondFrom = 0.4;
-  const Time begin = fleet.t_begin(), end = fleet.t_end();
-  const auto at = [&](double share) {
-    return begin + Duration::from_s(share * seconds_between(begin, end));
+  const Time begin = fleet.t_start(), end = fleet.t_end();
+  const auto at = [&](double fraction) {
+    return begin + Duration::from_s(fraction * seconds_between(begin, end));
   };
   std::vector<Rover> rovers(static_cast<std::size_t>(o.halves ? 2 : o.vehicles));
   for (std::size_t k = 0; k < rovers.size(); ++k) {
@@ -125,7 +125,7 @@ Result<std::vector<Kept>> drive(const RecordOptions& o) {
         if (rover.sees(message->vehicle, imu->t, imu->t)) rover.odometry->add_imu(*imu);
       } else if (const auto* scan =
                      std::get_if<std::shared_ptr<const sensor::LidarScan>>(&message->data)) {
-        if (!rover.sees(message->vehicle, (*scan)->t_begin, (*scan)->t_end)) continue;
+        if (!rover.sees(message->vehicle, (*scan)->t_start, (*scan)->t_end)) continue;
         const auto result = rover.odometry->process(**scan, serial, findings);
         if (!result.keyframe) continue;
         const KeyframeId id{{static_cast<std::uint16_t>(r)}, rover.made++};
@@ -166,7 +166,7 @@ void save(const std::string& path, const std::vector<Kept>& keyframes) {
     }
   }
   std::error_code ignored;
-  if (!ok) std::filesystem::resize_file(path, 0, ignored);  // half a file is none
+  if (!ok) std::filesystem::resize_file(path, 0, ignored);  // a partial file must not be read
 }
 
 }  // namespace

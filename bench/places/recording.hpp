@@ -18,12 +18,12 @@ struct RecordOptions {
   int vehicles = 2;
   int pedestrians = 0;
   double duration_s = 100.0;  ///< of all vehicles' motion
-  /// One vehicle whose recording is cut into two that overlap by a fifth of its time: vehicles 0
-  /// and 1, each with an odometry of its own.
+  /// The recording of one vehicle is cut into two that overlap by a fifth of its time: vehicles 0
+  /// and 1, each with its own odometry.
   bool halves = false;
 };
 
-/// A keyframe as the odometry made it, thinned as vehicles send it, with the truth.
+/// A keyframe of the odometry, thinned as for transmission, with ground truth.
 struct Kept {
   KeyframeId id;
   geometry::SE3 T_odom_body, T_world_body, T_body_lidar;
@@ -32,7 +32,7 @@ struct Kept {
 };
 
 /// Drives the vehicles through the scene and runs the odometry of each. With a cache folder the
-/// keyframes are kept there. Errors: of the simulation.
+/// keyframes are stored there. Errors: of the simulation.
 [[nodiscard]] Result<std::vector<Kept>> record(const RecordOptions& options,
                                                const std::string& cache_dir);
 

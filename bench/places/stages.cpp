@@ -32,10 +32,10 @@ bool is_home(const SE3& T, const SE3& truth) {
 }
 
 struct Seen {
-  bool start = false, home = false, believed = false;
+  bool start = false, home = false, assumed = false;
 };
 
-/// What comes of the starts that the search gives.
+/// Follows the start hypotheses of the search through registration and verification.
 Seen follow(const Pair& pair, const std::vector<Piece>& pieces,
             const places::RecogniseSettings& s) {
   const places::Submap& a = pieces[pair.a].submap;
@@ -49,13 +49,13 @@ Seen follow(const Pair& pair, const std::vector<Piece>& pieces,
     const auto r = places::align(a, b, h.T_a_b, s.align);
     if (!r.converged || !is_home(r.T_target_source, pair.T_a_b)) continue;
     seen.home = true;
-    seen.believed = seen.believed || places::verify(a, b, r, s.verify).believable();
+    seen.assumed = seen.assumed || places::verify(a, b, r, s.verify).believable();
   }
   return seen;
 }
 
-void tell(const Pair& pair, const Seen& seen, const places::Registration& at_truth,
-          const places::Verdict& v, const places::Recognition& r) {
+void report(const Pair& pair, const Seen& seen, const places::Registration& at_truth,
+            const places::Verdict& v, const places::Recognition& r) {
   const Off o = off(at_truth.T_target_source, pair.T_a_b);
   fmt::print(
       stderr,
@@ -64,10 +64,10 @@ void tell(const Pair& pair, const Seen& seen, const places::Registration& at_tru
       "{}/{} {}/{} stations {} {} | found {} certainty {}\n",
       pair.a, pair.b, pair.T_a_b.p.norm(),
       std::atan2(pair.T_a_b.R(1, 0), pair.T_a_b.R(0, 0)) / kDegree, seen.start, seen.home,
-      seen.believed, o.m, o.deg, at_truth.rms_m,
+      seen.assumed, o.m, o.deg, at_truth.rms_m,
       places::kRefusalNames[static_cast<std::size_t>(v.refusal)], v.source_in_target.overlap(),
-      v.target_in_source.overlap(), v.source_in_target.conflict_share(),
-      v.target_in_source.conflict_share(), v.along_in_target.agree, v.along_in_target.asked,
+      v.target_in_source.overlap(), v.source_in_target.conflict_fraction(),
+      v.target_in_source.conflict_fraction(), v.along_in_target.agree, v.along_in_target.asked,
       v.along_in_source.agree, v.along_in_source.asked, v.along_in_target.stations,
       v.along_in_source.stations, r.placements.size(),
       places::kCertaintyNames[static_cast<std::size_t>(r.certainty)]);
@@ -98,11 +98,11 @@ Stages stages(const std::string& scene, const std::vector<Piece>& pieces,
     out.candidate += is_candidate(pair, pieces, settings, across) ? 1 : 0;
     out.start += seen.start ? 1 : 0;
     out.home += seen.home ? 1 : 0;
-    out.believed += seen.believed ? 1 : 0;
+    out.assumed += seen.assumed ? 1 : 0;
     out.best += best ? 1 : 0;
     out.usable += best && r.usable() ? 1 : 0;
     ++out.refused_at_truth[static_cast<std::size_t>(verdict.refusal)];
-    if (verbose) tell(pair, seen, at_truth, verdict, r);
+    if (verbose) report(pair, seen, at_truth, verdict, r);
   }
   return out;
 }

@@ -94,7 +94,7 @@ places::Guess Study::guess_for(const Pair& pair) {
   return guess;
 }
 
-/// Directions with any information.
+/// Number of observable directions.
 int rank_of(const geometry::Mat6& I) {
   const Eigen::SelfAdjointEigenSolver<geometry::Mat6> solver(I);
   int rank = 0;
@@ -116,7 +116,7 @@ void Study::count(const Pair& pair, const places::Recognition& r, Outcome& out,
   out.along += r.certainty == places::Certainty::kAlongAxis ? 1 : 0;
   out.full += full ? 1 : 0;
   const Vec6 e = geometry::boxminus(pair.T_a_b, best.T_target_source);
-  // What a direction without information is off by is not its fault.
+  // Errors along directions without information do not count as wrong.
   constexpr double kSigma = 6.0;
   const double chi2 = e.dot(best.information * e);
   const bool off = e.tail<3>().norm() > kWrong_m || e.head<3>().norm() > kWrong_deg * kDegree;
@@ -132,8 +132,8 @@ void Study::count(const Pair& pair, const places::Recognition& r, Outcome& out,
                  "overlap {:.2f} {:.2f}, conflict {:.3f} {:.3f}, agree {} {}\n",
                  figures_.scene, how, pair.a, pair.b, pair.same, full, e[3], e[4], e[5],
                  e.head<3>().norm() / kDegree, chi2, v.source_in_target.overlap(),
-                 v.target_in_source.overlap(), v.source_in_target.conflict_share(),
-                 v.target_in_source.conflict_share(), v.source_in_target.agree,
+                 v.target_in_source.overlap(), v.source_in_target.conflict_fraction(),
+                 v.target_in_source.conflict_fraction(), v.source_in_target.agree,
                  v.target_in_source.agree);
     }
     return;

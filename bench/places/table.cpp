@@ -20,7 +20,7 @@ double mean(const std::vector<double>& v) {
   return v.empty() ? std::nan("") : sum / static_cast<double>(v.size());
 }
 
-std::string share(int part, int whole) {
+std::string fraction(int part, int whole) {
   return whole > 0 ? fmt::format("{:.2f}", static_cast<double>(part) / whole) : "-";
 }
 
@@ -51,7 +51,7 @@ std::string tables(const std::vector<Figures>& figures) {
       "mean, 95 % |\n|---|---|---|---|---|---|---|\n";
   for (const Figures& f : figures) {
     out += fmt::format("| {} | {} | {} of {} | {} | {:.0f} | {:.1f} | {:.1f}, {:.1f} |\n", f.scene,
-                       f.pieces, f.recalled, f.asked, share(f.right, f.candidates), f.make_ms,
+                       f.pieces, f.recalled, f.asked, fraction(f.right, f.candidates), f.make_ms,
                        f.describe_ms, mean(f.align_ms), quantile(f.align_ms, 0.95));
   }
   outcomes(figures, false, out);
@@ -67,7 +67,7 @@ std::string table_of(const std::vector<Stages>& stages) {
   for (const Stages& s : stages) {
     const auto& r = s.refused_at_truth;
     out += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {}, {}, {}, {} |\n", s.scene,
-                       s.same, s.candidate, s.start, s.home, s.believed, s.best, s.usable, r[1],
+                       s.same, s.candidate, s.start, s.home, s.assumed, s.best, s.usable, r[1],
                        r[2], r[3], r[4]);
   }
   return out;

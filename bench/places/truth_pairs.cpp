@@ -11,9 +11,9 @@ bool see_the_same(const Pair& pair, const std::vector<Piece>& pieces,
   if (pair.T_a_b.p.head<2>().norm() > 20.0) return false;
   const places::Submap& a = pieces[pair.a].submap;
   const places::Submap& b = pieces[pair.b].submap;
-  constexpr double kShare = 0.33;
+  constexpr double kFraction = 0.33;
   return std::max(places::agreement(a, b, pair.T_a_b, s).overlap(),
-                  places::agreement(b, a, pair.T_a_b.inverse(), s).overlap()) > kShare;
+                  places::agreement(b, a, pair.T_a_b.inverse(), s).overlap()) > kFraction;
 }
 
 VehicleId vehicle_of(const Piece& piece) { return piece.submap.middle().vehicle; }

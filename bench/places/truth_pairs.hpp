@@ -6,19 +6,19 @@
 
 namespace rali::recognition {
 
-/// Two pieces without a scan in common.
+/// Two submaps without a common scan.
 struct Pair {
   std::size_t a = 0, b = 0;
   geometry::SE3 T_a_b;  ///< true
-  bool same = false;    ///< a third of what one has of walls and things is seen by the other too
+  bool same = false;    ///< a third of the structure in one is visible in the other too
 };
 
-/// @param across only pieces of two vehicles
+/// @param across only submaps of two vehicles
 [[nodiscard]] std::vector<Pair> truth_pairs(const std::vector<Piece>& pieces,
                                             const places::PlacesSettings& settings, bool across);
 
-/// Whether the index names a when asked for b, among as many as the settings allow; places that
-/// share a scan with b are not asked.
+/// True if a query with b returns a within the number of candidates that settings allow; submaps
+/// that share a scan with b are not in the index.
 [[nodiscard]] bool is_candidate(const Pair& pair, const std::vector<Piece>& pieces,
                                 const places::PlacesSettings& settings, bool across);
 

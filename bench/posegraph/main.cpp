@@ -14,7 +14,7 @@ namespace {
 struct Row {
   const char* name;
   Start start;
-  bool rotations;        ///< may the start be made anew
+  bool rotations;        ///< the start is initialised again from rotations
   const char* expected;  ///< algorithms_fleet 8.7
 };
 

@@ -15,7 +15,7 @@ std::vector<geometry::SE3> chained(const io::G2oFile& file) {
     edges_of[file.graph.edges[e].from].push_back(e);
     edges_of[file.graph.edges[e].to].push_back(e);
   }
-  // Depth first, first edge first: along a path the edges to the next vertex come before loops.
+  // Depth first, first edge first: on a path the edges to the next vertex precede loop closures.
   std::vector<std::size_t> stack;
   for (std::size_t v = poses.size(); v-- > 0;) {
     if (known[v]) stack.push_back(v);
@@ -39,7 +39,7 @@ graph::PoseGraph make_graph(const io::G2oFile& file, Start start,
                             const graph::GraphSettings& settings) {
   io::G2oFile from = file;
   if (start == Start::kOdometry) {
-    // Along the path only: an edge counts if it leads to the next id.
+    // Along the path only: an edge is used if it leads to the next id.
     from.placed.assign(from.placed.size(), false);
     std::erase_if(from.graph.edges, [&](const io::GraphEdge& edge) {
       return from.ids[edge.to] - from.ids[edge.from] != 1;

@@ -23,7 +23,7 @@ bool wanted(const Arguments& a, const std::string& name) {
   return name.find(a.only) != std::string::npos;
 }
 
-/// Says so, loudly, and returns false if the folder is not there.
+/// Returns false and prints a clear message if the folder does not exist.
 bool there(const std::filesystem::path& folder) {
   if (std::filesystem::is_directory(folder)) return true;
   fmt::print(stderr, "NO DATA, NOT MEASURED: {} is not there; --data or RALI_DATA_DIR says where\n",

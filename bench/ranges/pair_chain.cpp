@@ -26,18 +26,17 @@ namespace {
 
 constexpr double kBad_m = 0.3;
 constexpr double kGross_m = 1.0;
-constexpr double kWidenMost = 16.0;  // as the range stage
+constexpr double kWidenMax = 16.0;  // as the range stage
 
-/// The filter's part of one pair: error of the predicted distance, which others hold within its
-/// sigma, and the pair's bias. The offset of a range
-/// from the distance as the pose predicts it is the sum of both.
+/// Filter states of one pair: error of the predicted distance, which other sensors keep within its
+/// sigma, and the pair's bias. The offset of a range from the predicted distance is their sum.
 class OffsetFilter {
  public:
   OffsetFilter(const ChainOptions& o, double d_true_m) : options_(o), d_true_m_(d_true_m) {
     P_.diagonal() << variance(), o.ranging.bias.sigma_m * o.ranging.bias.sigma_m;
   }
 
-  /// Both the estimate and what is true wander.
+  /// Propagates the estimate and the true error, a first-order Gauss-Markov process.
   void advance(double dt_s, Rng& rng) {
     const double drift = options_.drift_m_rts * options_.drift_m_rts;
     const double a = std::exp(-0.5 * drift / variance() * dt_s);
@@ -67,7 +66,7 @@ class OffsetFilter {
     P_.col(0) *= std::sqrt(factor);
   }
 
-  /// Error of the tracked offset, given the pair's constant error.
+  /// Error of the estimated offset, given the pair's constant error.
   [[nodiscard]] double offset_error_m(double bias_m) const {
     return offset_m() - (bias_m + d_true_m_);
   }
@@ -102,7 +101,7 @@ class Chain {
         thinning_(options.ranging.slow),
         excess_(options.ranging.excess) {}
 
-  /// @return the variance it was used with if it was used
+  /// Sets R_m2 to the variance used, if the range is used.
   RangeReason use(const PairRange& range, double rate_mps, bool at_rest, double& R_m2) {
     const ranging::RangingSettings& r = options_.ranging;
     double sigma_m = ranging::sigma_of(range.range_m, r.limits, 0.0);
@@ -134,21 +133,22 @@ class Chain {
 
   bool is_excess(const PairRange& range, double rate_mps, double sigma_m, double pose_sigma_m) {
     if (!options_.ranging.excess.use) return false;
-    // Against its own change at the true speed: a correction of the pose is no step of the range.
-    if (glide_) {
-      glide_m_ += range.range_m - glide_->range_m - rate_mps * seconds_between(glide_->t, range.t);
+    // Relative to the true range rate: a correction of the pose is not a step of the range.
+    if (shift_) {
+      shift_m_ += range.range_m - shift_->range_m - rate_mps * seconds_between(shift_->t, range.t);
     }
-    glide_ = range;
+    shift_ = range;
     constexpr double kMemory_s = 0.5;
-    sights_.emplace_back(range.t, range.sight);
-    while (seconds_between(sights_.front().first, range.t) > kMemory_s) sights_.pop_front();
+    lines_of_sight_.emplace_back(range.t, range.sight);
+    while (seconds_between(lines_of_sight_.front().first, range.t) > kMemory_s)
+      lines_of_sight_.pop_front();
     const double turn_sigma_m =
-        (range.sight - sights_.front().second).norm() * options_.position_sigma_m;
-    const auto verdict = excess_.look(range.t, glide_m_, sigma_m, pose_sigma_m, turn_sigma_m);
+        (range.sight - lines_of_sight_.front().second).norm() * options_.position_sigma_m;
+    const auto verdict = excess_.look(range.t, shift_m_, sigma_m, pose_sigma_m, turn_sigma_m);
     if (verdict == ranging::ExcessVerdict::kRelieved) {
       const double was_m = std::max(1e-3, pose_sigma_m);
       const double wrong = excess_.step_m() / was_m;
-      widen(std::clamp(1.0 + wrong * wrong, 1.0, kWidenMost));
+      widen(std::clamp(1.0 + wrong * wrong, 1.0, kWidenMax));
       return false;
     }
     return verdict != ranging::ExcessVerdict::kNone;
@@ -164,9 +164,9 @@ class Chain {
   ranging::RangeLink link_;
   ranging::RangeThinning thinning_;
   ranging::ExcessWatch excess_;
-  std::deque<std::pair<Time, geometry::Vec3>> sights_;
-  std::optional<PairRange> glide_;  ///< the last one looked at
-  double glide_m_ = 0.0;
+  std::deque<std::pair<Time, geometry::Vec3>> lines_of_sight_;
+  std::optional<PairRange> shift_;  ///< the last processed range
+  double shift_m_ = 0.0;
   std::size_t widened_ = 0;
 };
 
@@ -256,12 +256,12 @@ ChainScores run_chain(const PairSet& set, const ChainOptions& options) {
 
 namespace {
 
-double share(std::size_t part, std::size_t whole) {
+double fraction(std::size_t part, std::size_t whole) {
   return whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
 }
 
-/// Sigma of the pose and of a pair's bias: the setting's, and as wide as biases of radios that
-/// nobody calibrated are.
+/// Sigma of the pose and of a pair's bias: the setting's, and one as wide as the biases of
+/// uncalibrated radios.
 constexpr std::array<std::pair<double, double>, 4> kConfigurations{
     {{0.05, 0.1}, {0.05, 0.25}, {0.3, 0.1}, {0.3, 0.25}}};
 
@@ -269,7 +269,7 @@ std::string row(const std::string& name, const ChainOptions& o, const ChainScore
   const double n = std::max(1.0, static_cast<double>(s.ranges));
   const double after_m = std::sqrt(s.square_after / std::max(1e-300, s.weight_after));
   const auto of = [](std::size_t part, std::size_t whole) {
-    return whole == 0 ? std::string("-") : fmt::format("{:.1f} %", share(part, whole));
+    return whole == 0 ? std::string("-") : fmt::format("{:.1f} %", fraction(part, whole));
   };
   return fmt::format(
       "| {} | {:.0f}, {:.0f} cm | {} | {} | {:.2f} % | {} | {} | {} | {} | {:.3f} | {:.3f} | "
@@ -277,9 +277,9 @@ std::string row(const std::string& name, const ChainOptions& o, const ChainScore
       "{:.2f} | "
       "{:.1f} % | {:.2f} | {} |\n",
       name, 100.0 * o.position_sigma_m, 100.0 * o.ranging.bias.sigma_m, s.pairs, s.ranges,
-      share(s.bad, s.ranges), of(s.bad_refused, s.bad), s.gross, of(s.gross_refused, s.gross),
+      fraction(s.bad, s.ranges), of(s.bad_refused, s.bad), s.gross, of(s.gross_refused, s.gross),
       of(s.good_kept, s.good), std::sqrt(s.square_before_m2 / n), after_m,
-      std::sqrt(s.offset_square_m2 / n), s.nees_offset / n, share(s.offset_in_95, s.ranges),
+      std::sqrt(s.offset_square_m2 / n), s.nees_offset / n, fraction(s.offset_in_95, s.ranges),
       s.nees_distance / n, s.widened);
 }
 
@@ -288,7 +288,8 @@ std::string reasons_row(const std::string& name, const ChainOptions& o, const Ch
                                 100.0 * o.ranging.bias.sigma_m);
   for (const RangeReason reason : {RangeReason::kUsed, RangeReason::kNlos, RangeReason::kOutlier,
                                    RangeReason::kBlockedByGate, RangeReason::kOutOfLimits}) {
-    out += fmt::format(" {:.2f} % |", share(s.reasons[static_cast<std::size_t>(reason)], s.ranges));
+    out +=
+        fmt::format(" {:.2f} % |", fraction(s.reasons[static_cast<std::size_t>(reason)], s.ranges));
   }
   return out + "\n";
 }

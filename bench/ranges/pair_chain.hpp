@@ -10,24 +10,24 @@
 
 namespace rali::ranges_bench {
 
-/// What the estimator knows without ranges.
+/// Prior knowledge of the estimator without ranges.
 struct ChainOptions {
-  /// Sd of the error of the distance as the pose predicts it; drawn so, and told so to the chain.
+  /// Sd of the error of the predicted distance; the error is drawn with it and the filter uses it.
   double position_sigma_m = 0.05;
-  double drift_m_rts = 0.03;  ///< how fast that error wanders
+  double drift_m_rts = 0.03;  ///< how fast that error changes
   ranging::RangingSettings ranging;
 };
 
-/// What became of the ranges of a set. "Bad": error less the pair's median is beyond 0.3 m.
+/// Results for the ranges of a set. "Bad": error minus the pair's median is beyond 0.3 m.
 struct ChainScores {
   std::size_t pairs = 0, ranges = 0;
   std::size_t bad = 0, bad_refused = 0;
   std::size_t good = 0, good_kept = 0;
-  std::size_t gross = 0, gross_refused = 0;  ///< the bad ones beyond 1 m
+  std::size_t gross = 0, gross_refused = 0;  ///< bad ones beyond 1 m
   std::array<std::size_t, ranging::kRangeReasonNames.size()> reasons{};
-  std::size_t widened = 0;  ///< times that the link or the excess watch made the pose doubtful
+  std::size_t widened = 0;  ///< times that the link or the excess detector widened the pose
   double square_before_m2 = 0.0;
-  double square_after = 0.0, weight_after = 0.0;  ///< squared errors by the weight they had
+  double square_after = 0.0, weight_after = 0.0;  ///< squared errors by inverse variance used
   double offset_square_m2 = 0.0;                  ///< of the tracked offset
   double nees_offset = 0.0, nees_distance = 0.0;  ///< sums
   std::size_t offset_in_95 = 0;
@@ -35,9 +35,9 @@ struct ChainScores {
   void add(const ChainScores& other);
 };
 
-/// Runs the ranges of one pair through room `ranging` as the vehicle's range stage chains it:
-/// sanity, signal, excess, gate and link, thinning, and a filter with two states, error of the
-/// predicted distance and bias of the pair. Without a map nothing is known of walls.
+/// Runs the ranges of one pair through module `ranging` as the vehicle's range stage does: sanity,
+/// signal, excess, gate and link, thinning, and a filter with two states, error of the predicted
+/// distance and bias of the pair. Walls are unknown without a map.
 [[nodiscard]] ChainScores run_chain(const PairRecord& pair, std::uint64_t seed,
                                     const ChainOptions& options);
 

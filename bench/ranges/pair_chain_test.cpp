@@ -9,7 +9,7 @@
 namespace rali::ranges_bench {
 namespace {
 
-/// 60 s at 10 Hz of a way from 3 to 9 m and back, constant error 0.1 m and white noise of 0.1 m.
+/// 60 s at 10 Hz from 3 to 9 m distance and back, constant error 0.1 m and white noise of 0.1 m.
 PairRecord good_pair(std::uint64_t seed) {
   PairRecord pair;
   Rng rng(seed, "pair");
@@ -45,8 +45,8 @@ TEST(PairChain, good_ranges_are_kept_and_their_offset_is_tracked_honestly) {
   }
 }
 
-// Someone in the way for 2 s, one metre too long: what the chain is for.
-TEST(PairChain, a_blocked_way_is_refused) {
+// A person obstructs the signal for 2 s, ranges are one metre too long: the chain's main purpose.
+TEST(PairChain, a_blocked_path_is_refused) {
   const ChainScores s = many(0.05, [](PairRecord& pair) {
     for (int k = 300; k < 320; ++k) pair.ranges[static_cast<std::size_t>(k)].range_m += 1.0;
   });

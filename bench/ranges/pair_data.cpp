@@ -28,7 +28,7 @@ void append(PairRecord& pair, const PairRange& range) {
   pair.ranges.push_back(range);
 }
 
-/// Position at time t on the line between the rows before and after; nothing outside of them.
+/// Position at time t, linear between the rows before and after; empty outside of them.
 std::optional<Vec3> position_at(const std::vector<Row>& track, double t_s) {
   const auto after = std::lower_bound(track.begin(), track.end(), t_s,
                                       [](const Row& row, double t) { return row[0] < t; });
@@ -162,7 +162,7 @@ Result<PairSet> three_tags(const std::filesystem::path& folder) {
   }
   PairSet out{"three_tags", std::vector<PairRecord>(pairs)};
   for (const Row& row : ranges->rows) {
-    // The trolley is slow and its poses come at 125 Hz: the next one's heading will do.
+    // The trolley is slow and its poses come at 125 Hz: the next pose's heading is accurate enough.
     const auto p = position_at(truth->rows, row[0]);
     const auto next = std::lower_bound(truth->rows.begin(), truth->rows.end(), row[0],
                                        [](const Row& r, double t) { return r[0] < t; });

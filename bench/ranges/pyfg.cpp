@@ -46,7 +46,7 @@ std::optional<SE3> spatial_pose(Numbers n) {
   return SE3{q.normalized().toRotationMatrix(), Vec3(n[0], n[1], n[2])};
 }
 
-/// Of x y theta, upper triangle by rows.
+/// Covariance of x y theta, upper triangle by rows.
 Mat6 planar_covariance(Numbers n) {
   Mat6 C = kPlanarSigma * kPlanarSigma * Mat6::Identity();
   constexpr int kPlace[] = {3, 4, 2};
@@ -58,7 +58,7 @@ Mat6 planar_covariance(Numbers n) {
   return C;
 }
 
-/// Of x y z and rotation, upper triangle by rows.
+/// Covariance of x y z and rotation, upper triangle by rows.
 Mat6 spatial_covariance(Numbers n) {
   Mat6 C;
   for (int r = 0, k = 0; r < 6; ++r) {
@@ -71,7 +71,7 @@ Mat6 spatial_covariance(Numbers n) {
   return C;
 }
 
-/// One pass over the lines; a method returns what is wrong with its line, or nothing.
+/// One pass over the lines; a method returns the fault of its line, or nothing.
 class Reader {
  public:
   Result<Pyfg> read(std::string_view text, const std::string& name) {

@@ -75,7 +75,7 @@ TEST(Pyfg, damaged_lines_are_refused_with_their_place) {
   EXPECT_NE(error_of("").find("no pose"), std::string::npos);
 }
 
-// A reader that crashes on half a file would take the whole bench with it.
+// A reader that crashes on a truncated file would end the whole benchmark.
 TEST(Pyfg, truncated_at_every_byte_it_answers) {
   for (std::size_t n = 0; n < kPlanar.size(); ++n) {
     const auto file = parse_pyfg(kPlanar.substr(0, n), "f");

@@ -20,9 +20,9 @@ namespace {
 
 ranging::FinderSettings settings_of(const SlamProblem& problem) {
   ranging::FinderSettings s;
-  // A drone is not level with a beacon on the ground.
+  // A drone is not at the height of a beacon on the ground.
   s.height_sigma_m = problem.planar ? 0.01 : 3.0;
-  // The settings are for radios good to a decimetre, in buildings.
+  // The default settings are for radios with decimetre accuracy, in buildings.
   const double scale = std::max(1.0, problem.ranges.front().sigma_m / 0.1);
   s.sigma_max_m *= scale;
   s.merge_m *= scale;
@@ -44,7 +44,7 @@ ranging::FinderSample sample_of(const TrackRange& range, const Vec3& p_odom_m, d
   return s;
 }
 
-/// The finder's best minimum over the first ranges, certain or not.
+/// The finder's best minimum over the first ranges, accepted or not.
 PlacedBeacon best_guess(const SlamProblem& problem, const eval::PoseList& odometry, int beacon,
                         const std::vector<double>& variances) {
   ranging::FinderSettings s = settings_of(problem);
@@ -90,7 +90,7 @@ double frame_cost(std::span<const TrackRange> ranges, const eval::PoseList& odom
     const Vec3 turned = T.R * odometry[range.pose].T.p;
     const Vec3 h = turned + T.p - range.p_known_m;
     const double rho = std::max(1e-3, h.norm());
-    // Odometry drifts: a frame that fits to decimetres is all that is asked for.
+    // Odometry drifts: a frame accurate to decimetres is sufficient.
     const double r = (rho - range.range_m) / std::max(0.3, range.sigma_m);
     const double weight = std::abs(r) > 2.0 ? 2.0 / std::abs(r) : 1.0;
     const Vec3 d_yaw(-turned.y(), turned.x(), 0.0);
@@ -170,8 +170,8 @@ std::map<int, PlacedBeacon> place_beacons(const SlamProblem& problem,
   return out;
 }
 
-SE3 place_frame(const SlamProblem& problem, const eval::PoseList& odometry, std::size_t most) {
-  const auto ranges = std::span(problem.ranges).first(std::min(most, problem.ranges.size()));
+SE3 place_frame(const SlamProblem& problem, const eval::PoseList& odometry, std::size_t maximum) {
+  const auto ranges = std::span(problem.ranges).first(std::min(maximum, problem.ranges.size()));
   constexpr int kHeadings = 12;
   const TrackRange& first = problem.ranges.front();
   Vec3 best = Vec3::Zero();

@@ -7,15 +7,15 @@
 
 namespace rali::ranges_bench {
 
-/// A beacon's place in odom before any graph, without truth.
+/// A beacon's initial position in odom, before any graph and without ground truth.
 struct PlacedBeacon {
   geometry::Vec3 p_odom_m = geometry::Vec3::Zero();
   geometry::Mat3 covariance_m2 = geometry::Mat3::Zero();
-  std::size_t after_range = 0;  ///< index of the range with which it was found
-  bool certain = false;         ///< the finder would have told the vehicle; else its best guess
+  std::size_t after_range = 0;  ///< index of the range with which it was initialised
+  bool certain = false;         ///< accepted by the finder; else its best guess
 };
 
-/// Finds one beacon along a track as the vehicle does (ranging::AnchorFinder).
+/// Initialises one beacon along a track as the vehicle does (ranging::AnchorFinder).
 class BeaconFinder {
  public:
   explicit BeaconFinder(const SlamProblem& problem);
@@ -28,20 +28,20 @@ class BeaconFinder {
   ranging::AnchorFinder finder_;
 };
 
-/// Beacons from ranges along the odometry. What the finder does not dare to tell is the best of
-/// its minima over the first ranges.
+/// Initialises beacons from ranges along the odometry. Where the finder accepts no solution, the
+/// best of its minima over the first ranges is used.
 [[nodiscard]] std::map<int, PlacedBeacon> place_beacons(const SlamProblem& problem,
                                                         const eval::PoseList& odometry);
 
-/// Ranges from which the frame is found before the odometry has drifted far.
+/// Number of ranges for initialising the frame before the odometry has drifted far.
 inline constexpr std::size_t kFewRanges = 40;
 
-/// Where odom lies in world (x, y, yaw about the level track), from the first `most` ranges to
-/// known points: least squares begun at many headings and places on the circle of the first range.
+/// Pose of odom in world (x, y, yaw for a level track) from the first `maximum` ranges to known
+/// points: least squares from many initial headings and positions on the circle of the first range.
 [[nodiscard]] geometry::SE3 place_frame(const SlamProblem& problem, const eval::PoseList& odometry,
-                                        std::size_t most);
+                                        std::size_t maximum);
 
-/// Variance of the position per axis that the steps before pose k add up to.
+/// Position variance per axis accumulated by the steps before pose k.
 [[nodiscard]] std::vector<double> position_variances(const SlamProblem& problem);
 
 }  // namespace rali::ranges_bench

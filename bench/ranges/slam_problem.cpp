@@ -16,7 +16,7 @@ using geometry::Vec3;
 
 namespace {
 
-/// Farthest that a robot which stands may seem to have moved.
+/// Largest apparent motion of a stationary robot.
 constexpr double kStands_m = 0.05;
 
 bool stands(const Pyfg& file, char robot) {
@@ -53,10 +53,10 @@ Status take_steps(const Pyfg& file, char robot, const PoseIndex& index, SlamProb
   return {};
 }
 
-/// A standing robot is a beacon with a number that no landmark has.
+/// A stationary robot is a beacon with a number that no landmark has.
 int number_of_robot(char robot) { return 1000 + (robot - 'A'); }
 
-/// The range as robot's own, or nothing if it is not its or not of the kind.
+/// The range from the robot's point of view; empty if it has no part in it or the kind differs.
 std::optional<TrackRange> own_range(const Pyfg& file, const PyfgRange& r, char robot, Ends ends,
                                     const PoseIndex& index, SlamProblem& out) {
   if ((r.from.robot == robot) == (r.to.robot == robot)) return std::nullopt;
@@ -103,7 +103,7 @@ Result<SlamProblem> problem_of(const Pyfg& file, const std::string& name, char r
     }
     t_last = pose.t;
     index.emplace(pose_name.index, out.truth.size());
-    // Where motion capture was late (tiers) several poses bear one stamp; order is all that counts.
+    // Where motion capture was late (tiers) several poses have one stamp; only the order matters.
     const Time t =
         out.truth.empty() ? pose.t : std::max(pose.t, out.truth.back().t + Duration::from_ns(1));
     out.truth.push_back({t, pose.T});
@@ -122,7 +122,7 @@ Result<SlamProblem> problem_of(const Pyfg& file, const std::string& name, char r
 
 namespace {
 
-/// Beacons that receivers of the raw file are: a range of the same time is the same range.
+/// The beacon of each receiver in the raw file: ranges of the same time are the same range.
 std::map<int, int> beacons_of(const SlamProblem& plaza, const NumberRows& raw) {
   std::map<Time, int> at;
   for (const TrackRange& range : plaza.ranges) at.emplace(range.t, range.beacon.value_or(-1));
@@ -170,7 +170,7 @@ Result<SlamProblem> with_raw_ranges(SlamProblem plaza, const std::filesystem::pa
 
 namespace {
 
-/// Squares of the steps' errors by what they were told, per degree of freedom that is not held.
+/// Mean squares of the steps' errors by their covariance, per estimated degree of freedom.
 struct StepSquares {
   double rotation = 0.0, translation = 0.0;
 };
@@ -216,7 +216,7 @@ SlamProblem with_measured_sigmas(SlamProblem problem) {
   geometry::Vec6 shrink;
   shrink.head<3>().setConstant(1.0 / std::sqrt(s.rotation));
   shrink.tail<3>().setConstant(1.0 / std::sqrt(s.translation));
-  // What holds the plane stays as it is.
+  // The sigmas of z, roll and pitch that enforce the plane stay unchanged.
   if (problem.planar) shrink[0] = shrink[1] = shrink[5] = 1.0;
   for (graph::RelativePoseFactor& f : problem.steps) {
     f.information = geometry::Mat6(shrink.asDiagonal() * f.information * shrink.asDiagonal());

@@ -20,8 +20,8 @@ namespace {
 constexpr double kWide_m = 1000.0;
 constexpr int kIterations = 5;  ///< at each pose
 
-/// What is not estimated here (velocity, biases) is held; the first pose is the gauge, or open in
-/// x, y and heading where known points say where it is.
+/// States not estimated here (velocity, biases) are fixed. The first pose is the gauge, or free in
+/// x, y and heading where known points determine them.
 graph::PriorFactor prior_of(Seq seq, const KeyframeState& x, const SlamProblem& problem) {
   graph::PriorFactor f;
   f.i = seq;
@@ -95,7 +95,7 @@ void note(double nu_m, double variance_m2, Innovations& out) {
 SlamEstimate solve_batch(const SlamProblem& problem, const eval::PoseList& initial,
                          const std::map<int, Vec3>& placed) {
   graph::GraphSettings settings;
-  settings.cost_change_min = 1e-6;  // a long way bends slowly
+  settings.cost_change_min = 1e-6;  // a long trajectory converges slowly
   settings.step_min_m = 1e-5;
   PoseGraph graph(settings);
   for (std::size_t k = 0; k < initial.size(); ++k) add_pose(problem, k, initial[k].T, graph);
@@ -114,12 +114,12 @@ SlamEstimate solve_batch(const SlamProblem& problem, const eval::PoseList& initi
   return out;
 }
 
-/// All ranges see the whole way but odometry drifts on it; the first few see neither.
+/// All ranges cover the whole path, but with odometry drift; the first few have neither.
 static SlamEstimate solve_in_world(const SlamProblem& problem, const eval::PoseList& odometry) {
   SlamEstimate best;
   best.cost = std::numeric_limits<double>::infinity();
-  for (const std::size_t most : {problem.ranges.size(), problem.ranges.size() / 3, kFewRanges}) {
-    const SE3 T = place_frame(problem, odometry, most);
+  for (const std::size_t maximum : {problem.ranges.size(), problem.ranges.size() / 3, kFewRanges}) {
+    const SE3 T = place_frame(problem, odometry, maximum);
     eval::PoseList initial = odometry;
     for (eval::StampedPose& pose : initial) pose.T = T * pose.T;
     SlamEstimate other = solve_batch(problem, initial, {});
@@ -143,8 +143,8 @@ SlamEstimate solve_batch_from(const SlamProblem& problem, const eval::PoseList& 
                      [wanted](const TrackRange& range) { return range.beacon == wanted; });
     for (int k = 0; k < kDirections; ++k) {
       const double angle = 2.0 * std::numbers::pi * k / kDirections;
-      const Vec3 way = first->range_m * Vec3(std::cos(angle), std::sin(angle), 0.0);
-      places[number] = initial[first->pose].T.p + way;
+      const Vec3 path = first->range_m * Vec3(std::cos(angle), std::sin(angle), 0.0);
+      places[number] = initial[first->pose].T.p + path;
       SlamEstimate other = solve_batch(problem, initial, places);
       if (other.cost < best.cost) best = std::move(other);
     }

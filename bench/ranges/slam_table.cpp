@@ -37,14 +37,14 @@ double beacons_off_m(const SlamProblem& problem, const SlamEstimate& estimate) {
   return off_m;
 }
 
-double sigma_told_m(const SlamProblem& problem) {
+double sigma_reported_m(const SlamProblem& problem) {
   double square_m2 = 0.0;
   for (const TrackRange& range : problem.ranges) square_m2 += range.sigma_m * range.sigma_m;
   return std::sqrt(square_m2 / static_cast<double>(problem.ranges.size()));
 }
 
-/// Tells what is the start's fault and what the ranges'.
-void begin_at_truth(const SlamProblem& problem, SlamScores& out) {
+/// Separates errors due to the initial values from errors due to the ranges.
+void start_at_truth(const SlamProblem& problem, SlamScores& out) {
   // In odom the first pose is the identity; known points are in world.
   const geometry::SE3 T_odom_world =
       problem.known_points() ? geometry::SE3() : problem.truth.front().T.inverse();
@@ -71,17 +71,17 @@ Result<double> ape_rmse_m(const SlamProblem& problem, const eval::PoseList& esti
 }
 
 Result<SlamScores> run_problem(const SlamProblem& problem) {
-  // The vehicle's smallest window; what is older stays as a prior.
+  // The vehicle's smallest window; older poses stay as a prior.
   constexpr std::size_t kWindow = 20;
   SlamScores out;
   out.name = problem.name;
   out.poses = problem.truth.size();
   out.ranges = problem.ranges.size();
   out.range_rms_m = range_rms_m(problem);
-  out.sigma_m = sigma_told_m(problem);
+  out.sigma_m = sigma_reported_m(problem);
   out.steps_nees = steps_nees(problem);
   eval::PoseList initial = odometry_alone(problem);
-  out.way_m = eval::way_length_m(paired(problem, initial));
+  out.path_m = eval::path_length_m(paired(problem, initial));
   const auto alone_m = ape_rmse_m(problem, initial);
   if (!alone_m) return tl::make_unexpected(alone_m.error());
   const std::map<int, PlacedBeacon> placed =
@@ -93,7 +93,7 @@ Result<SlamScores> run_problem(const SlamProblem& problem) {
       problem.known_points() ? place_frame(problem, initial, kFewRanges) : geometry::SE3();
   const SlamEstimate window = solve_window(problem, T_start, kWindow);
   if (window.beacons_m.size() == problem.beacons_m.size()) {
-    // Ranges bent the way while it was driven: a better start where odometry drifts far.
+    // The incremental solution was corrected by ranges: a better start where odometry drifts far.
     SlamEstimate other = solve_batch(problem, window.poses, window.beacons_m);
     if (other.cost < batch.cost) batch = std::move(other);
   }
@@ -107,7 +107,7 @@ Result<SlamScores> run_problem(const SlamProblem& problem) {
   out.beacons_off_m = beacons_off_m(problem, batch);
   out.innovations = window.innovations;
   out.cost = batch.cost;
-  begin_at_truth(problem, out);
+  start_at_truth(problem, out);
   return out;
 }
 
@@ -147,7 +147,7 @@ Result<std::vector<SlamProblem>> read_problems(const std::filesystem::path& fold
 
 namespace {
 
-/// The lower of two costs by more than rounding and stopping early leave.
+/// True if a is lower than b by more than rounding and early stopping explain.
 bool lower(double a, double b) { return a < b - std::max(0.1, 0.01 * b); }
 
 std::string row(const SlamScores& s) {
@@ -155,8 +155,8 @@ std::string row(const SlamScores& s) {
   const bool any = s.innovations.count > 0;
   const auto mean = [&](double sum) { return any ? sum / n : std::nan(""); };
   std::string out =
-      fmt::format("| {} | {} | {:.0f} | {} | {} | {:.3f} | {:.2f} | {} |", s.name, s.poses, s.way_m,
-                  s.ranges, number(s.range_rms_m, 3), s.sigma_m, s.steps_nees,
+      fmt::format("| {} | {} | {:.0f} | {} | {} | {:.3f} | {:.2f} | {} |", s.name, s.poses,
+                  s.path_m, s.ranges, number(s.range_rms_m, 3), s.sigma_m, s.steps_nees,
                   s.beacons == 0 ? "-" : fmt::format("{} of {}", s.certain, s.beacons));
   out += fmt::format(" {:.3f} | {} | {}{} | {} | {} | {} |", s.ape_odometry_m,
                      number(s.ape_batch_m, 3), number(s.ape_from_truth_m, 3),

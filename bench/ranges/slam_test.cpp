@@ -14,9 +14,9 @@ namespace {
 
 using geometry::Vec3;
 
-/// 12 poses on a bent way, steps as told, exact ranges to L0 at (3, 8) and to the standing robots
-/// B at (-4, 2) and C at (9, 1).
-Pyfg bent_way(double step_error_m) {
+/// 12 poses on a curved path, steps with the given error, exact ranges to L0 at (3, 8) and to the
+/// stationary robots B at (-4, 2) and C at (9, 1).
+Pyfg bent_path(double step_error_m) {
   std::string text;
   double x = 0.0, y = 0.0, yaw = 0.0;
   for (int k = 0; k < 12; ++k) {
@@ -42,7 +42,7 @@ Pyfg bent_way(double step_error_m) {
   return *parse_pyfg(text, "bent");
 }
 
-/// The same with a turn of each step wrong by 0.02 rad and ranges by half a metre.
+/// The same with a rotation error of 0.02 rad per step and range errors of half a metre.
 SlamProblem bent_noisy(SlamProblem problem) {
   for (graph::RelativePoseFactor& step : problem.steps) {
     step.T_i_j.R = step.T_i_j.R * geometry::rotation_from_rpy(0.0, 0.0, 0.02);
@@ -52,7 +52,7 @@ SlamProblem bent_noisy(SlamProblem problem) {
 }
 
 TEST(SlamProblem, takes_the_ranges_of_one_robot_and_one_kind) {
-  const Pyfg file = bent_way(0.0);
+  const Pyfg file = bent_path(0.0);
   EXPECT_EQ(robots_of(file), (std::vector<char>{'A', 'B', 'C'}));
   const auto beacons = problem_of(file, "p", 'A', Ends::kBeacons);
   ASSERT_TRUE(beacons);
@@ -66,12 +66,12 @@ TEST(SlamProblem, takes_the_ranges_of_one_robot_and_one_kind) {
   EXPECT_TRUE(known->known_points());
   EXPECT_EQ(known->ranges.size(), 24u);
   EXPECT_EQ(known->ranges.at(2).p_known_m, Vec3(-4.0, 2.0, 0.0));
-  EXPECT_FALSE(problem_of(file, "p", 'B', Ends::kKnownRobots));  // stands itself
+  EXPECT_FALSE(problem_of(file, "p", 'B', Ends::kKnownRobots));  // is stationary itself
   EXPECT_FALSE(problem_of(file, "p", 'D', Ends::kBeacons));
 }
 
 TEST(SlamProblem, odometry_with_a_gap_is_refused) {
-  Pyfg file = bent_way(0.0);
+  Pyfg file = bent_path(0.0);
   file.steps.erase(file.steps.begin() + 4);
   const auto problem = problem_of(file, "p", 'A', Ends::kBeacons);
   ASSERT_FALSE(problem);
@@ -79,7 +79,7 @@ TEST(SlamProblem, odometry_with_a_gap_is_refused) {
 }
 
 TEST(SlamRun, exact_steps_and_ranges_give_the_true_way_and_beacon) {
-  const auto scores = run_problem(*problem_of(bent_way(0.0), "p", 'A', Ends::kBeacons));
+  const auto scores = run_problem(*problem_of(bent_path(0.0), "p", 'A', Ends::kBeacons));
   ASSERT_TRUE(scores);
   EXPECT_LT(scores->ape_odometry_m, 1e-9);
   EXPECT_LT(scores->ape_batch_m, 1e-3);
@@ -87,9 +87,9 @@ TEST(SlamRun, exact_steps_and_ranges_give_the_true_way_and_beacon) {
   EXPECT_LT(scores->cost, 1e-3);
 }
 
-// Steps too long by 10 %: two points whose places are known say so, and where odom lies.
+// Steps are 10 % too long: two known points determine the scale error and the pose of odom.
 TEST(SlamRun, ranges_to_a_known_point_take_back_what_odometry_did_wrong) {
-  const auto problem = *problem_of(bent_way(0.1), "p", 'A', Ends::kKnownRobots);
+  const auto problem = *problem_of(bent_path(0.1), "p", 'A', Ends::kKnownRobots);
   const auto scores = run_problem(problem);
   ASSERT_TRUE(scores);
   EXPECT_GT(scores->ape_odometry_m, 0.1);
@@ -97,7 +97,7 @@ TEST(SlamRun, ranges_to_a_known_point_take_back_what_odometry_did_wrong) {
 }
 
 TEST(SlamPlacing, the_frame_is_found_without_knowing_anything_of_it) {
-  auto problem = *problem_of(bent_way(0.0), "p", 'A', Ends::kKnownRobots);
+  auto problem = *problem_of(bent_path(0.0), "p", 'A', Ends::kKnownRobots);
   const geometry::SE3 turn{geometry::rotation_from_rpy(0.0, 0.0, 2.0), Vec3(5.0, -7.0, 0.0)};
   for (TrackRange& range : problem.ranges) range.p_known_m = turn * range.p_known_m;
   const geometry::SE3 found = place_frame(problem, odometry_alone(problem), 100);
@@ -105,9 +105,9 @@ TEST(SlamPlacing, the_frame_is_found_without_knowing_anything_of_it) {
   EXPECT_LT((found.R - turn.R).norm(), 1e-3);
 }
 
-// What sigmas are measured from: every step is too long by 0.1 m where 0.1 m is told.
+// Basis of the measured sigmas: every step is 0.1 m too long with a stated sigma of 0.1 m.
 TEST(SlamProblem, measured_sigmas_are_those_of_the_errors) {
-  const auto problem = *problem_of(bent_way(0.1), "p", 'A', Ends::kBeacons);
+  const auto problem = *problem_of(bent_path(0.1), "p", 'A', Ends::kBeacons);
   EXPECT_NEAR(steps_nees(problem), 1.0 / 3.0, 1e-9);
   const SlamProblem measured = with_measured_sigmas(bent_noisy(problem));
   EXPECT_NEAR(steps_nees(measured), 1.0, 1e-9);

@@ -1,4 +1,4 @@
-// Starts of a vehicle with LiDAR alone at every second of a recording (docs/results.md).
+// Starts of a vehicle with LiDAR only at every second of a recording (docs/results.md).
 #include <cstdio>
 #include <string>
 #include <utility>
@@ -30,7 +30,7 @@ struct Tally {
   double silent_max_m = 0.0;
 };
 
-std::string said(const FindingList& findings, Time first) {
+std::string reported(const FindingList& findings, Time first) {
   std::string text;
   for (const Finding& f : findings) {
     text += fmt::format(" {} {:.1f}", f.id, (f.t - first).s());
@@ -69,7 +69,7 @@ Tally run_variant(const ReferencedScans& scans, const std::string& name, double 
     fmt::print("  {} start {:.0f} s, {} s: path {:.1f} m, error {:.3f} m, silent {:.3f} m{}{}\n",
                name, start_s, duration_s > 0.0 ? fmt::format("{:.0f}", duration_s) : "all",
                run.path_m, run.error_max_m, run.silent_max_m, run.lost ? ", lost" : "",
-               said(run.findings, first));
+               reported(run.findings, first));
     if (options.poses) print_poses(run);
     std::fflush(stdout);
   }

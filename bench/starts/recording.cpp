@@ -20,7 +20,7 @@ std::shared_ptr<LidarScan> read_scan(const std::string& file, Time t) {
   std::ifstream in(file, std::ios::binary);
   if (!in) return nullptr;
   auto scan = std::make_shared<LidarScan>();
-  scan->t_begin = t;
+  scan->t_start = t;
   scan->t_end = t;
   std::array<char, 8> record{};
   while (in.read(record.data(), record.size())) {
@@ -61,7 +61,7 @@ ReferencedScans reversed(const ReferencedScans& scans) {
   for (auto s = scans.rbegin(); s != scans.rend(); ++s) {
     auto scan = std::make_shared<LidarScan>(*s->scan);
     scan->t_end = first + (last - scan->t_end);
-    scan->t_begin = scan->t_end;
+    scan->t_start = scan->t_end;
     out.push_back({scan, s->T_map_lidar});
   }
   return out;

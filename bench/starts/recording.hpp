@@ -10,7 +10,7 @@
 
 namespace rali::bench {
 
-/// A scan and where a reference has it.
+/// A scan and its pose in a reference trajectory.
 struct ReferencedScan {
   std::shared_ptr<const sensor::LidarScan> scan;
   geometry::SE3 T_map_lidar;
@@ -22,7 +22,7 @@ using ReferencedScans = std::vector<ReferencedScan>;
 /// Errors (kInput): a file is missing.
 [[nodiscard]] Result<ReferencedScans> read_compact_scans(const std::string& folder);
 
-/// The same scans with time running backwards.
+/// The same scans in reversed time.
 [[nodiscard]] ReferencedScans reversed(const ReferencedScans& scans);
 
 /// Every second scan, from the first.

@@ -23,7 +23,7 @@ double worst_sigma_m(const geometry::Mat6& covariance) {
   return std::sqrt(Eigen::SelfAdjointEigenSolver<geometry::Mat3>(P).eigenvalues().maxCoeff());
 }
 
-/// What came out of one run, not yet judged.
+/// Outputs of one run, not yet scored.
 struct Outcome {
   std::vector<vehicle::PoseEstimate> poses;
   FindingList findings;
@@ -86,8 +86,8 @@ StartRun run_start(const ReferencedScans& all, const StartOptions& options,
     run.lost = run.lost || pose.cut;
     if (pose.cut) continue;
     run.error_max_m = std::max(run.error_max_m, pose.error_m);
-    const bool said = run.lost && pose.error_m < kSigmas * pose.sigma_m;
-    if (pose.error_m > limit_m && !said) {
+    const bool reported = run.lost && pose.error_m < kSigmas * pose.sigma_m;
+    if (pose.error_m > limit_m && !reported) {
       run.silent_max_m = std::max(run.silent_max_m, pose.error_m);
     }
   }

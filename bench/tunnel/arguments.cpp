@@ -16,7 +16,7 @@ Status set_suite(const std::string& name, Arguments& a) {
   return {};
 }
 
-/// Rows by their numbers, from 1.
+/// Selects rows by their numbers, from 1.
 Status set_rows(const std::string& text, Arguments& a) {
   const auto numbers = bench::parse_seeds(text);
   if (!numbers) return tl::make_unexpected(numbers.error());
@@ -39,7 +39,7 @@ Status set_lidar(const std::string& text, Arguments& a) {
   return {};
 }
 
-/// Before a long recording is cast.
+/// Checks settings before a long recording is simulated.
 Status check_rows(const Arguments& a) {
   for (const Row& row : a.suite.rows) {
     std::vector<std::string> all = a.settings;
@@ -49,7 +49,7 @@ Status check_rows(const Arguments& a) {
   return {};
 }
 
-/// The rows that are asked for, with settings that can be.
+/// Selects the requested rows and checks their settings.
 Status choose_rows(const std::string& suite, const std::string& rows, Arguments& a) {
   if (auto ok = set_suite(suite, a); !ok) return ok;
   if (!rows.empty()) {

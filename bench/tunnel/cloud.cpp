@@ -16,7 +16,7 @@ eval::TriangleMesh mesh_of(const sim::TriangleMesh& world) {
   return mesh;
 }
 
-/// All keyframes where the smoothed path has them.
+/// All keyframes at their poses in the smoothed trajectory.
 map::KeyframeStream stream_of(const Track& track) {
   return [&track](const map::KeyframeVisitor& visit) -> Status {
     std::map<std::uint32_t, const drive::KeyframeRecord*> records;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kChord_m = 0.5;  // ahead and behind
 
-/// Direction of travel at each pair: the chord of a metre of the true way.
+/// Direction of travel at each pair: a chord of one metre of the true path.
 std::vector<Vec3> directions(const eval::PairList& pairs) {
   std::vector<Vec3> out(pairs.size(), Vec3::UnitX());
   std::size_t behind = 0;
@@ -24,7 +24,7 @@ std::vector<Vec3> directions(const eval::PairList& pairs) {
     ahead = std::max(ahead, i);
     while (ahead + 1 < pairs.size() && far(ahead) < kChord_m) ++ahead;
     const Vec3 chord = pairs[ahead].ref.p - pairs[behind].ref.p;
-    // Standing at the very start: where it looks.
+    // At standstill at the very start: the heading.
     out[i] = chord.norm() > 0.1 * kChord_m ? chord.normalized() : Vec3(pairs[i].ref.R.col(0));
   }
   return out;

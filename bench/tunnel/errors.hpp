@@ -7,7 +7,7 @@
 
 namespace rali::tunnel {
 
-/// Poses of a run with their truth.
+/// Poses of a run with ground truth.
 struct Judged {
   eval::PairList pairs;
   std::vector<geometry::Vec3> ahead;        ///< true direction of travel, per pair, unit
@@ -25,16 +25,16 @@ struct AxisErrors {
 
 [[nodiscard]] AxisErrors axis_errors(const Judged& judged, const geometry::SE3& T_ref_est);
 
-/// The best alignment, or of the first pose where the way leaves a turn about itself open.
+/// The best alignment, or that of the first pose where the path leaves its roll unobservable.
 [[nodiscard]] geometry::SE3 best_alignment(const Judged& judged);
 
-/// First poses laid together.
+/// Alignment of the first poses.
 [[nodiscard]] geometry::SE3 start_alignment(const Judged& judged);
 
-/// The first pose after so long.
+/// The first pose at least after_s after the first one.
 [[nodiscard]] std::size_t pair_after(const eval::PairList& pairs, double after_s);
 
-/// Stated sigma along the true direction of travel [m], per pair, poses laid together at `anchor`.
+/// Stated sigma along the true direction of travel [m], per pair, with poses aligned at `anchor`.
 [[nodiscard]] std::vector<double> axial_sigmas(const Judged& judged, std::size_t anchor);
 
 }  // namespace rali::tunnel

@@ -10,7 +10,7 @@ namespace {
 
 using nlohmann::json;
 
-/// JSON knows neither NaN nor infinity.
+/// JSON has neither NaN nor infinity.
 json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
 json path_json(const PathScores& s) {
@@ -37,12 +37,12 @@ std::string json_of(const std::vector<Scores>& runs) {
                    {"ranges", s.ranges},
                    {"live", path_json(s.live)},
                    {"smoothed", path_json(s.smoothed)},
-                   {"way_m", number(s.way_m)},
+                   {"way_m", number(s.path_m)},
                    {"judged_s", number(s.judged_s)},
                    {"t_worst_s", number(s.t_worst_s)},
-                   {"heard_share", number(s.heard)},
+                   {"heard_share", number(s.received)},
                    {"nis", number(s.nis)},
-                   {"blind_share", number(s.blind)},
+                   {"blind_share", number(s.degenerate)},
                    {"used_share", number(s.used)},
                    {"bad_share", number(s.bad)},
                    {"bad_refused_share", number(s.bad_refused)},
@@ -55,7 +55,7 @@ std::string json_of(const std::vector<Scores>& runs) {
                    {"cloud_sd_m", number(s.cloud_sd_m)},
                    {"cloud_beyond_share", number(s.cloud_beyond)},
                    {"poses", s.poses},
-                   {"sweeps", s.sweeps},
+                   {"sweeps", s.scans},
                    {"diverged", s.diverged},
                    {"findings", s.findings}});
   }

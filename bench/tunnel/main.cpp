@@ -25,8 +25,8 @@ Result<Scores> run_row(const Arguments& a, const Recording& recording, const Row
   return scores;
 }
 
-/// Runs in the order of the rows, whatever the order in which they were made: rows of one place
-/// share its recording.
+/// A run with its row. Runs are executed by world, since rows of one world share its recording, and
+/// sorted by row afterwards.
 struct Run {
   std::size_t row = 0;
   Scores scores;

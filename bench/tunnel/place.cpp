@@ -17,48 +17,49 @@ using geometry::Vec3;
 namespace {
 
 constexpr double kStartArc_m = 1.5;
-constexpr double kNarrow_m = 1.05;        // nearer to the way than this, the driver swings less
-constexpr double kNarrowWander_m = 0.03;  // of the way
-constexpr double kPass_m = 0.86;          // nearer vehicles do not pass each other
+constexpr double kNarrow_m = 1.05;        // anchor closer to the path: the driver swings less
+constexpr double kNarrowWander_m = 0.03;  // lateral swing in that case
+constexpr double kPass_m = 0.86;          // vehicles closer than this do not pass each other
 
-double length_of(const std::vector<Vec3>& way) {
+double length_of(const std::vector<Vec3>& path) {
   double length = 0.0;
-  for (std::size_t i = 1; i < way.size(); ++i) length += (way[i] - way[i - 1]).norm();
+  for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).norm();
   return length;
 }
 
-/// The point at `arc_m` along the way, and the direction there.
-std::pair<Vec3, Vec3> at_arc(const std::vector<Vec3>& way, double arc_m) {
+/// The point at `arc_m` along the path, and the direction there.
+std::pair<Vec3, Vec3> at_arc(const std::vector<Vec3>& path, double arc_m) {
   double left = arc_m;
   for (std::size_t i = 1;; ++i) {
-    const Vec3 step = way[i] - way[i - 1];
+    const Vec3 step = path[i] - path[i - 1];
     const double length = step.norm();
-    if (left <= length || i + 1 == way.size()) {
+    if (left <= length || i + 1 == path.size()) {
       const Vec3 d = step / std::max(1e-9, length);
-      return {way[i - 1] + std::clamp(left, 0.0, length) * d, d};
+      return {path[i - 1] + std::clamp(left, 0.0, length) * d, d};
     }
     left -= length;
   }
 }
 
-double distance_to_way(const Vec3& p, const std::vector<Vec3>& way) {
-  double least = 1e9;
-  for (std::size_t i = 1; i < way.size(); ++i) {
-    const Vec3 step = way[i] - way[i - 1];
-    const double s = std::clamp((p - way[i - 1]).dot(step) / step.squaredNorm(), 0.0, 1.0);
-    least = std::min(least, (way[i - 1] + s * step - p).head<2>().norm());
+double distance_to_path(const Vec3& p, const std::vector<Vec3>& path) {
+  double minimum = 1e9;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const Vec3 step = path[i] - path[i - 1];
+    const double s = std::clamp((p - path[i - 1]).dot(step) / step.squaredNorm(), 0.0, 1.0);
+    minimum = std::min(minimum, (path[i - 1] + s * step - p).head<2>().norm());
   }
-  return least;
+  return minimum;
 }
 
 double yaw_of(const Vec3& d) { return std::atan2(d.y(), d.x()); }
 
-/// One try: the anchor `side_m` to the left of the way at `arc_m`. Nothing if it does not fit.
+/// One attempt with the anchor `side_m` to the left of the path at `arc_m`; empty if it does not
+/// fit.
 std::optional<Setup> try_setup(const sim::World& world, const sim::Clearance& clearance,
                                sim::FleetOptions options, double arc_m, double side_m) {
-  const auto [on_way, d] = at_arc(world.route, arc_m);
-  const Vec3 stand = on_way + side_m * Vec3(-d.y(), d.x(), 0.0).normalized();
-  if (distance_to_way(stand, world.route) < kPass_m) return std::nullopt;
+  const auto [on_path, d] = at_arc(world.route, arc_m);
+  const Vec3 stand = on_path + side_m * Vec3(-d.y(), d.x(), 0.0).normalized();
+  if (distance_to_path(stand, world.route) < kPass_m) return std::nullopt;
   if (!clearance.free_at(stand, {})) return std::nullopt;
   if (std::abs(side_m) < kNarrow_m) options.vehicle.motion.wander_m = kNarrowWander_m;
   Setup setup{world, options, arc_m, side_m};
@@ -68,10 +69,10 @@ std::optional<Setup> try_setup(const sim::World& world, const sim::Clearance& cl
   round.anchor = kAnchor;
   round.routes = {{}, world.route};
   setup.world.rounds = {round};
-  // Whether the two can pass, only driving tells.
-  sim::FleetOptions blind = options;
-  blind.vehicle.with_lidar = false;
-  if (!sim::make_fleet_simulation(setup.world, blind)) return std::nullopt;
+  // Only a simulation shows whether the two can pass each other.
+  sim::FleetOptions without_lidar = options;
+  without_lidar.vehicle.with_lidar = false;
+  if (!sim::make_fleet_simulation(setup.world, without_lidar)) return std::nullopt;
   return setup;
 }
 
@@ -112,19 +113,19 @@ Result<Setup> make_setup(const Place& place) {
   return fail(ErrorCode::kNoAnswer, name_of(place), "nowhere can the anchor stand aside");
 }
 
-sim::UwbOptions radios(std::uint64_t seed, double burst_share) {
+sim::UwbOptions radios(std::uint64_t seed, double burst_fraction) {
   sim::UwbOptions o;
   o.sigma_m = 0.06;  // with the part that wanders, 0.035 m, 7 cm in all
   o.sigma_per_m = 0.0002;
   constexpr double kBiasSigma_m = 0.06;
-  constexpr double kBiasMost_m = 0.10;
+  constexpr double kBiasMax_m = 0.10;
   Rng rng(seed, "pair bias");
-  o.pair_bias_m = std::clamp(kBiasSigma_m * rng.normal(), -kBiasMost_m, kBiasMost_m);
+  o.pair_bias_m = std::clamp(kBiasSigma_m * rng.normal(), -kBiasMax_m, kBiasMax_m);
   o.pair_bias_sd_m = 0.0;
   o.outlier_fraction = 0.01;
-  o.clear_burst_fraction = burst_share;
+  o.clear_burst_fraction = burst_fraction;
   o.max_range_m = 300.0;
-  o.sensitivity_dbm = -112.0;  // heard along the whole of a tunnel
+  o.sensitivity_dbm = -112.0;  // received along the whole tunnel
   return o;
 }
 

@@ -21,10 +21,10 @@ struct FileCloser {
 
 using File = std::unique_ptr<std::FILE, FileCloser>;
 
-/// What stands before each sweep; plain numbers, so that a struct is its bytes.
-struct FileSweep {
+/// Header of each scan; plain numbers, so that a struct can be written as its bytes.
+struct FileScan {
   std::int64_t number;
-  std::int64_t t_begin_ns;
+  std::int64_t t_start_ns;
   std::uint64_t rays;
 };
 
@@ -49,11 +49,11 @@ RecordingHead head_of(const sim::FleetSimulation& sim) {
   head.calibration = sim.calibration_nominal(kDriver);
   head.own_antenna_m = sim.antennas(kDriver).front().p_nominal_m;
   head.peer_antenna_m = sim.antennas(kAnchor).front().p_nominal_m;
-  head.T_world_self = sim.truth(kDriver, sim.t_begin()).state.T_world_body;
-  head.T_world_peer = sim.truth(kAnchor, sim.t_begin()).state.T_world_body;
-  head.t_begin = sim.t_begin();
+  head.T_world_self = sim.truth(kDriver, sim.t_start()).state.T_world_body;
+  head.T_world_peer = sim.truth(kAnchor, sim.t_start()).state.T_world_body;
+  head.t_start = sim.t_start();
   head.t_end = sim.t_end();
-  head.way_m = sim.way_m(kDriver);
+  head.path_m = sim.path_m(kDriver);
   return head;
 }
 
@@ -87,7 +87,7 @@ Result<Recording> Recording::make(const Place& place, const std::string& cache_d
   return recording;
 }
 
-/// Only the driver's sweeps: nobody looks at those of the vehicle that stands.
+/// Only the driver's scans: those of the stationary vehicle are not used.
 Status Recording::cast() {
   auto made = sim::make_fleet_simulation(setup_.world, without_lidar(setup_));
   if (!made) return tl::make_unexpected(made.error());
@@ -97,11 +97,11 @@ Status Recording::cast() {
   sim::VehicleSensors sensors(setup_.options.vehicle, kDriver,
                               sim.motion().rover(kDriver).trajectory(), std::move(others));
   SerialExecutor executor;
-  const double end_s = seconds_between(sim.t_begin(), sim.t_end());
-  sweeps_.clear();
+  const double end_s = seconds_between(sim.t_start(), sim.t_end());
+  scans_.clear();
   while (sensors.next_scan_s() <= end_s) {
     const auto scan = sensors.take_scan(sim.ray_caster(), executor);
-    sweeps_.push_back({scan->t_begin, sensors.raw_sweep()});
+    scans_.push_back({scan->t_start, sensors.raw_scan()});
   }
   return {};
 }
@@ -114,33 +114,33 @@ bool Recording::load(const std::string& path) {
   const sim::LidarModel model(place_.lidar);
   const auto rays =
       static_cast<std::size_t>(model.rings()) * static_cast<std::size_t>(model.firings());
-  sweeps_.clear();
+  scans_.clear();
   for (std::uint64_t i = 0; i < count; ++i) {
-    FileSweep head{};
+    FileScan head{};
     if (!get(file.get(), head) || head.rays != rays) return false;
-    Sweep sweep{Time::from_ns(head.t_begin_ns), {}};
-    sweep.raw.number = head.number;
-    sweep.raw.range_steps.resize(rays);
-    sweep.raw.intensity.resize(rays);
-    if (std::fread(sweep.raw.range_steps.data(), 2, rays, file.get()) != rays ||
-        std::fread(sweep.raw.intensity.data(), 1, rays, file.get()) != rays) {
+    Scan scan{Time::from_ns(head.t_start_ns), {}};
+    scan.raw.number = head.number;
+    scan.raw.range_steps.resize(rays);
+    scan.raw.intensity.resize(rays);
+    if (std::fread(scan.raw.range_steps.data(), 2, rays, file.get()) != rays ||
+        std::fread(scan.raw.intensity.data(), 1, rays, file.get()) != rays) {
       return false;
     }
-    sweeps_.push_back(std::move(sweep));
+    scans_.push_back(std::move(scan));
   }
   return true;
 }
 
 Status Recording::save(const std::string& path) const {
-  // Written under another name first: a run that is stopped leaves no half recording.
+  // Written under another name first, so that an interrupted run leaves no partial recording.
   const std::string half = fmt::format("{}.{}", path, getpid());
   bool kept = false;
   {
     const File file(std::fopen(half.c_str(), "wb"));
-    kept = file && put(file.get(), kMagic) && put(file.get(), std::uint64_t{sweeps_.size()});
-    for (const Sweep& s : sweeps_) {
+    kept = file && put(file.get(), kMagic) && put(file.get(), std::uint64_t{scans_.size()});
+    for (const Scan& s : scans_) {
       const std::size_t n = s.raw.range_steps.size();
-      kept = kept && put(file.get(), FileSweep{s.raw.number, s.t_begin.ns, n}) &&
+      kept = kept && put(file.get(), FileScan{s.raw.number, s.t_start.ns, n}) &&
              std::fwrite(s.raw.range_steps.data(), 2, n, file.get()) == n &&
              std::fwrite(s.raw.intensity.data(), 1, n, file.get()) == n;
     }
@@ -162,11 +162,11 @@ Status Recording::play(const sim::UwbOptions& uwb, const Listener& listener) con
   listener.on_head(head_of(sim));
   const sim::LidarModel model(place_.lidar);
   std::size_t next = 0;
-  const auto tell_sweeps_until = [&](Time t) {
-    for (; next < sweeps_.size(); ++next) {
-      const Sweep& s = sweeps_[next];
-      if (s.t_begin + Duration::from_s(model.sweep_s()) > t) return;
-      auto scan = sim::expand(s.raw, model, options.vehicle.ranging.resolution_m, s.t_begin);
+  const auto report_scans_until = [&](Time t) {
+    for (; next < scans_.size(); ++next) {
+      const Scan& s = scans_[next];
+      if (s.t_start + Duration::from_s(model.scan_s()) > t) return;
+      auto scan = sim::expand(s.raw, model, options.vehicle.ranging.resolution_m, s.t_start);
       const eval::StampedPose truth{scan->t_end,
                                     sim.truth(kDriver, scan->t_end).state.T_world_body};
       listener.on_scan(std::move(scan), truth);
@@ -177,11 +177,11 @@ Status Recording::play(const sim::UwbOptions& uwb, const Listener& listener) con
       listener.on_range(*range, sim.last_range_truth());
     } else if (const auto* imu = std::get_if<sensor::ImuSample>(&message->data);
                imu != nullptr && message->vehicle == kDriver) {
-      tell_sweeps_until(imu->t);
+      report_scans_until(imu->t);
       listener.on_imu(*imu);
     }
   }
-  tell_sweeps_until(sim.t_end());
+  report_scans_until(sim.t_end());
   return {};
 }
 

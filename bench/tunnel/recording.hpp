@@ -10,16 +10,17 @@
 
 namespace rali::tunnel {
 
-/// What stands before the messages of a recording.
+/// Header of a recording, before its messages.
 struct RecordingHead {
-  sensor::Calibration calibration;               ///< nominal, as a user has it
-  geometry::Vec3 own_antenna_m, peer_antenna_m;  ///< nominal, each in its body
-  geometry::SE3 T_world_self, T_world_peer;      ///< truth at the start
-  Time t_begin, t_end;
-  double way_m = 0.0;
+  sensor::Calibration calibration;               ///< nominal, as known to a user
+  geometry::Vec3 own_antenna_m, peer_antenna_m;  ///< nominal, each in its own body frame
+  geometry::SE3 T_world_self, T_world_peer;      ///< true poses at the start
+  Time t_start, t_end;
+  double path_m = 0.0;
 };
 
-/// What a recording tells: truth comes with each sweep, for its last point, and with each range.
+/// Callbacks for a recording; ground truth comes with each scan, for its last point, and each
+/// range.
 struct Listener {
   std::function<void(const RecordingHead&)> on_head;
   std::function<void(const sensor::ImuSample&)> on_imu;
@@ -28,11 +29,11 @@ struct Listener {
   std::function<void(const sensor::RangeSample&, const sim::RangeTruth&)> on_range;
 };
 
-/// The sweeps of the driving vehicle, cast once and kept; the rest is made anew each time it is
-/// played, so that the same way can be driven with other radios.
+/// The scans of the driving vehicle, simulated once and kept. Everything else is simulated each
+/// time it is played, so that the same path can be driven with other radios.
 class Recording {
  public:
-  /// @param cache_dir  keeps sweeps in files there; empty: casts
+  /// @param cache_dir  folder for files with the scans; empty: none
   /// Errors: of make_setup(), of the cache folder.
   [[nodiscard]] static Result<Recording> make(const Place& place, const std::string& cache_dir);
 
@@ -44,9 +45,9 @@ class Recording {
   [[nodiscard]] const Place& place() const { return place_; }
 
  private:
-  struct Sweep {
-    Time t_begin;
-    sim::RawSweep raw;
+  struct Scan {
+    Time t_start;
+    sim::RawScan raw;
   };
 
   Recording(const Place& place, Setup setup) : place_(place), setup_(std::move(setup)) {}
@@ -58,7 +59,7 @@ class Recording {
 
   Place place_;
   Setup setup_;
-  std::vector<Sweep> sweeps_;
+  std::vector<Scan> scans_;
 };
 
 }  // namespace rali::tunnel

@@ -16,16 +16,16 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double kStatus_s = 0.1;  // a vehicle tells ten times a second that it stands
+constexpr double kStatus_s = 0.1;  // a vehicle reports its standstill ten times a second
 constexpr double kPriorSigma_m = 0.2;
 constexpr double kPriorSigma_rad = 3.0 * std::numbers::pi / 180.0;
 
-/// Upright, heading as the body.
+/// Upright, with the heading of the body.
 SE3 levelled(const SE3& T_world_body) {
   return fleet::level_start(T_world_body, geometry::Vec3::UnitZ());
 }
 
-/// As somebody with a tape measure and a compass would write it down: wrong by its own sigmas.
+/// As measured by tape and compass: with errors drawn from its sigmas.
 vehicle::PeerPrior prior_of(const RecordingHead& head, std::uint64_t seed) {
   Rng rng(seed, "prior");
   vehicle::PeerPrior prior;
@@ -41,7 +41,7 @@ vehicle::PeerPrior prior_of(const RecordingHead& head, std::uint64_t seed) {
   return prior;
 }
 
-/// Feeds the vehicle and collects what it says.
+/// Feeds the vehicle and collects its outputs.
 class Driver {
  public:
   Driver(const Row& row, std::uint64_t seed, vehicle::VehicleSettings settings)
@@ -57,11 +57,11 @@ class Driver {
     if (row_.on.prior) peer.prior = prior_of(head, seed_);
     settings_.peers = {peer};
     vehicle_.emplace(VehicleId{kDriver}, settings_);
-    track_.t_begin = head.t_begin;
-    track_.way_m = head.way_m;
-    const double middle_s = 0.5 * seconds_between(head.t_begin, head.t_end);
-    track_.loss_begin = head.t_begin + Duration::from_s(middle_s - 0.5 * row_.on.loss_s);
-    track_.loss_end = head.t_begin + Duration::from_s(middle_s + 0.5 * row_.on.loss_s);
+    track_.t_start = head.t_start;
+    track_.path_m = head.path_m;
+    const double middle_s = 0.5 * seconds_between(head.t_start, head.t_end);
+    track_.loss_start = head.t_start + Duration::from_s(middle_s - 0.5 * row_.on.loss_s);
+    track_.loss_end = head.t_start + Duration::from_s(middle_s + 0.5 * row_.on.loss_s);
   }
 
   void take(const sensor::ImuSample& imu) {
@@ -79,7 +79,7 @@ class Driver {
 
   void take(const sensor::RangeSample& sample, const sim::RangeTruth& truth) {
     if (!row_.ranges || is_lost(sample.t)) return;
-    track_.heard.push_back(sample.t);
+    track_.received.push_back(sample.t);
     error_m_[sample.t.ns] = sample.range_m - truth.distance_m - truth.bias_m;
     step(sample);
   }
@@ -93,7 +93,7 @@ class Driver {
 
  private:
   [[nodiscard]] bool is_lost(Time t) const {
-    return row_.on.loss_s > 0.0 && t >= track_.loss_begin && t < track_.loss_end;
+    return row_.on.loss_s > 0.0 && t >= track_.loss_start && t < track_.loss_end;
   }
 
   void step(const vehicle::Event& event) {
@@ -173,7 +173,7 @@ Result<Track> run(const Recording& recording, const Row& row,
   listener.on_range = [&](const sensor::RangeSample& sample, const sim::RangeTruth& truth) {
     driver.take(sample, truth);
   };
-  const sim::UwbOptions uwb = radios(seed, row.on.burst_share);
+  const sim::UwbOptions uwb = radios(seed, row.on.burst_fraction);
   if (auto ok = recording.play(uwb, listener); !ok) return tl::make_unexpected(ok.error());
   return driver.finish();
 }

@@ -11,15 +11,15 @@
 
 namespace rali::tunnel {
 
-/// What the driver knows and hears on one way.
+/// Prior knowledge and radio conditions of the driver on one path.
 struct Case {
   std::string name;
   sim::Scene scene = sim::Scene::kTunnel;
   AnchorPlace anchor = AnchorPlace::kMiddle;
-  bool prior = true;          ///< where the anchor stands, measured by hand: 0.2 m, 3 deg
-  double burst_share = 0.04;  ///< of the time in line of sight the first path is missed
-  double loss_s = 0.0;        ///< radio silence in the middle of the recording
-  bool until_heard = false;   ///< judged only until ranges end
+  bool prior = true;             ///< position of the anchor, measured manually: 0.2 m, 3 deg
+  double burst_fraction = 0.04;  ///< of the time in line of sight the first path is missed
+  double loss_s = 0.0;           ///< radio silence in the middle of the recording
+  bool until_received = false;   ///< scored only until ranges end
 };
 
 /// One row of a table.
@@ -31,7 +31,7 @@ struct Row {
   std::vector<std::string> settings;  ///< key=value for the vehicle
 };
 
-/// One range and by how much it was wrong, what repeats itself in a pair (its bias) taken off.
+/// One range and its error without the systematic part of the pair (its bias).
 struct RangeRow {
   ranging::RangeUse use;
   double error_m = 0.0;
@@ -43,29 +43,29 @@ struct KeyframeKept {
   std::shared_ptr<const odometry::Keyframe> keyframe;
 };
 
-/// What came out of one run.
+/// Results of one run.
 struct Track {
-  Time t_begin;
-  std::vector<drive::PoseRecord> live;           ///< as known when each sweep was processed
-  std::vector<drive::PoseRecord> smoothed;       ///< as known at the end
+  Time t_start;
+  std::vector<drive::PoseRecord> live;           ///< live estimate at the time of processing
+  std::vector<drive::PoseRecord> smoothed;       ///< estimate at the end
   std::vector<drive::KeyframeRecord> keyframes;  ///< smoothed
   std::vector<KeyframeKept> clouds;              ///< if kept
   std::vector<double> cpu_ms;                    ///< per pose: of all steps since the pose before
-  eval::PoseList truth;                          ///< of every sweep
+  eval::PoseList truth;                          ///< of every scan
   std::vector<RangeRow> ranges;
-  std::vector<Time> heard;  ///< ranges that reached the vehicle
-  Time loss_begin, loss_end;
+  std::vector<Time> received;  ///< ranges received by the vehicle
+  Time loss_start, loss_end;
   std::vector<Finding> findings;
   std::size_t diverged = 0;
-  double way_m = 0.0;
+  double path_m = 0.0;
 };
 
-/// Plays the recording to a vehicle. `settings` come before those of the row. Errors (kUsage):
-/// unknown settings.
+/// Plays the recording to a vehicle. `settings` precede those of the row. Errors (kUsage): unknown
+/// settings.
 [[nodiscard]] Result<Track> run(const Recording& recording, const Row& row,
                                 const std::vector<std::string>& settings);
 
-/// Whether the vehicle knows all these settings.
+/// Checks that the vehicle accepts all these settings.
 [[nodiscard]] Status check_settings(const std::vector<std::string>& settings);
 
 }  // namespace rali::tunnel

@@ -20,24 +20,24 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double kSettle_s = 1.0;   // the frame of the NEES is taken over from this pose
+constexpr double kSettle_s = 1.0;   // the NEES uses the frame of the pose after this time
 constexpr double kSilence_s = 2.0;  // after which ranges have ended
-constexpr double kBad_m = 0.3;      // a range that is so wrong should be refused
-constexpr double kBack_m = 0.2;     // a pose that is as good as before
+constexpr double kBad_m = 0.3;      // a range with a larger error should be refused
+constexpr double kBack_m = 0.2;     // a pose with a smaller error has recovered
 constexpr double kBeforeLoss_s = 5.0;
 constexpr double kAfterLoss_s = 20.0;
 constexpr double kStay_s = 1.0;
-constexpr double kLeastVariance_m2 = 1e-8;  // standing, nothing is uncertain
+constexpr double kMinVariance_m2 = 1e-8;  // at standstill the variance is zero
 
 double largest(const std::vector<double>& values) {
-  double most = 0.0;
-  for (const double v : values) most = std::max(most, std::abs(v));
-  return most;
+  double maximum = 0.0;
+  for (const double v : values) maximum = std::max(maximum, std::abs(v));
+  return maximum;
 }
 
 double rmse(const std::vector<double>& values) { return eval::statistics(values).rmse; }
 
-/// Pairs a second apart, from one on.
+/// Pairs a second apart, starting at one index.
 std::vector<std::size_t> each_second(const eval::PairList& pairs, std::size_t from) {
   std::vector<std::size_t> out;
   for (std::size_t i = from + 1; i < pairs.size(); ++i) {
@@ -57,7 +57,7 @@ void score_consistency(const Judged& judged, PathScores& s) {
   for (const std::size_t i : each_second(judged.pairs, anchor)) {
     seconds.push_back(judged.pairs[i]);
     axial.push_back(errors.axial[i] * errors.axial[i] /
-                    (sigma_m[i] * sigma_m[i] + kLeastVariance_m2));
+                    (sigma_m[i] * sigma_m[i] + kMinVariance_m2));
   }
   if (seconds.empty()) return;
   s.nees_axial = eval::statistics(axial).mean;
@@ -82,20 +82,20 @@ PathScores score_path(const Judged& judged) {
   return s;
 }
 
-/// When ranges end for the first time; the end of the data if they do not.
-Time end_of_ranges(const std::vector<Time>& heard, Time t_last) {
-  for (std::size_t i = 1; i < heard.size(); ++i) {
-    if (seconds_between(heard[i - 1], heard[i]) > kSilence_s) return heard[i - 1];
+/// Time of the last range before the first outage; the end of the data if there is none.
+Time end_of_ranges(const std::vector<Time>& received, Time t_last) {
+  for (std::size_t i = 1; i < received.size(); ++i) {
+    if (seconds_between(received[i - 1], received[i]) > kSilence_s) return received[i - 1];
   }
-  return heard.empty() ? t_last : std::min(heard.back(), t_last);
+  return received.empty() ? t_last : std::min(received.back(), t_last);
 }
 
-void score_ranges(const Track& track, Time t_begin, Time t_end, Scores& s) {
+void score_ranges(const Track& track, Time t_start, Time t_end, Scores& s) {
   std::set<std::int64_t> seconds;
-  for (const Time t : track.heard) {
+  for (const Time t : track.received) {
     if (t <= t_end) seconds.insert(t.ns / 1'000'000'000);
   }
-  s.heard = std::min(1.0, static_cast<double>(seconds.size()) / seconds_between(t_begin, t_end));
+  s.received = std::min(1.0, static_cast<double>(seconds.size()) / seconds_between(t_start, t_end));
   double bad = 0.0, bad_refused = 0.0, good = 0.0, good_kept = 0.0;
   std::vector<double> nis;
   for (const RangeRow& r : track.ranges) {
@@ -116,13 +116,13 @@ void score_ranges(const Track& track, Time t_begin, Time t_end, Scores& s) {
   if (!nis.empty()) s.nis = eval::statistics(nis).mean;
 }
 
-/// The best alignment of what neither the loss nor coming back from it touched.
+/// The best alignment of the poses before the loss and after the recovery.
 SE3 alignment_without_loss(const Judged& judged, const Track& track) {
   Judged rest;
   for (std::size_t i = 0; i < judged.pairs.size(); ++i) {
     const Time t = judged.pairs[i].t;
     const bool back = seconds_between(track.loss_end, t) > kAfterLoss_s;
-    if (t < track.loss_begin || back) rest.pairs.push_back(judged.pairs[i]);
+    if (t < track.loss_start || back) rest.pairs.push_back(judged.pairs[i]);
   }
   return rest.pairs.empty() ? best_alignment(judged) : best_alignment(rest);
 }
@@ -145,29 +145,29 @@ double back_after_s(const Judged& judged, const AxisErrors& errors, Time loss_en
   return std::numeric_limits<double>::infinity();
 }
 
-/// How much larger the error along the axis became in the loss than just before, and how long it
-/// took until it was small again.
+/// Growth of the axial error during the loss relative to just before, and the time until it is
+/// small again.
 void score_loss(const Judged& judged, const Track& track, Scores& s) {
   const AxisErrors errors = axis_errors(judged, alignment_without_loss(judged, track));
   std::vector<double> before;
-  double most_m = 0.0;
+  double max_m = 0.0;
   for (std::size_t i = 0; i < judged.pairs.size(); ++i) {
     const double error_m = std::abs(errors.axial[i]);
     const Time t = judged.pairs[i].t;
-    const double until_s = seconds_between(t, track.loss_begin);
+    const double until_s = seconds_between(t, track.loss_start);
     if (until_s > 0.0 && until_s < kBeforeLoss_s) before.push_back(error_m);
-    if (t >= track.loss_begin && t < track.loss_end) most_m = std::max(most_m, error_m);
+    if (t >= track.loss_start && t < track.loss_end) max_m = std::max(max_m, error_m);
   }
-  s.loss_growth_m = std::max(0.0, most_m - eval::statistics(before).mean);
+  s.loss_growth_m = std::max(0.0, max_m - eval::statistics(before).mean);
   s.loss_back_s = back_after_s(judged, errors, track.loss_end);
 }
 
-void score_sweeps(const Track& track, const Judged& judged, Scores& s) {
-  std::vector<double> blind;
+void score_scans(const Track& track, const Judged& judged, Scores& s) {
+  std::vector<double> degenerate;
   for (const eval::PosePair& pair : judged.pairs) {
-    blind.push_back(track.live[pair.est_index].blind ? 1.0 : 0.0);
+    degenerate.push_back(track.live[pair.est_index].degenerate ? 1.0 : 0.0);
   }
-  s.blind = eval::statistics(blind).mean;
+  s.degenerate = eval::statistics(degenerate).mean;
   s.cpu_ms = eval::statistics(track.cpu_ms).mean;
   s.cpu_p99_ms = eval::quantile(track.cpu_ms, 0.99);
   const AxisErrors best = axis_errors(judged, best_alignment(judged));
@@ -175,7 +175,7 @@ void score_sweeps(const Track& track, const Judged& judged, Scores& s) {
   for (std::size_t i = 0; i < best.axial.size(); ++i) {
     if (std::abs(best.axial[i]) > std::abs(best.axial[worst])) worst = i;
   }
-  s.t_worst_s = seconds_between(track.t_begin, judged.pairs[worst].t);
+  s.t_worst_s = seconds_between(track.t_start, judged.pairs[worst].t);
 }
 
 }  // namespace
@@ -185,7 +185,7 @@ Result<Scores> score(const Track& track, const Recording& recording, const Row& 
     return fail(ErrorCode::kNoAnswer, row.label, "the vehicle gave no pose");
   }
   const Time t_last = track.truth.back().t;
-  const Time t_end = row.on.until_heard ? end_of_ranges(track.heard, t_last) : t_last;
+  const Time t_end = row.on.until_received ? end_of_ranges(track.received, t_last) : t_last;
   const auto live = judge(track.live, track.truth, t_end);
   if (!live) return tl::make_unexpected(live.error());
   const auto smoothed = judge(track.smoothed, track.truth, t_end);
@@ -195,15 +195,15 @@ Result<Scores> score(const Track& track, const Recording& recording, const Row& 
   s.scene = sim::kSceneNames[static_cast<std::size_t>(row.on.scene)];
   s.seed = recording.place().seed;
   s.ranges = row.ranges;
-  s.way_m = track.way_m;
+  s.path_m = track.path_m;
   s.judged_s = seconds_between(live->pairs.front().t, live->pairs.back().t);
   s.live = score_path(*live);
   s.smoothed = score_path(*smoothed);
   if (row.ranges) score_ranges(track, live->pairs.front().t, t_end, s);
   if (row.on.loss_s > 0.0) score_loss(*live, track, s);
-  score_sweeps(track, *live, s);
+  score_scans(track, *live, s);
   s.poses = live->pairs.size();
-  s.sweeps = track.truth.size();
+  s.scans = track.truth.size();
   s.diverged = track.diverged;
   s.findings = track.findings.size();
   if (row.mesh) {
@@ -211,7 +211,7 @@ Result<Scores> score(const Track& track, const Recording& recording, const Row& 
     if (!cloud) return tl::make_unexpected(cloud.error());
     s.cloud_mean_m = cloud->within.mean;
     s.cloud_sd_m = cloud->within.std;
-    s.cloud_beyond = cloud->share_beyond;
+    s.cloud_beyond = cloud->fraction_beyond;
   }
   return s;
 }
@@ -228,23 +228,23 @@ void dump(const std::string& dir, const Track& track, const Row& row, std::uint6
   const AxisErrors start = axis_errors(*live, start_alignment(*live));
   const AxisErrors after = axis_errors(*smoothed, best_alignment(*smoothed));
   const std::vector<double> sigma_m = axial_sigmas(*live, pair_after(live->pairs, kSettle_s));
-  auto sweeps = fmt::output_file(stem + "_sweeps.csv");
-  sweeps.print(
+  auto scans = fmt::output_file(stem + "_sweeps.csv");
+  scans.print(
       "t_s,axial_m,axial_start_m,axial_sigma_m,lateral_m,vertical_m,axial_smoothed_m,blind,"
       "correction_m,cpu_ms\n");
   for (std::size_t i = 0; i < live->pairs.size(); ++i) {
     const std::size_t k = live->pairs[i].est_index;
-    sweeps.print("{:.3f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{:.4f},{:.2f}\n",
-                 seconds_between(track.t_begin, live->pairs[i].t), best.axial[i], start.axial[i],
-                 sigma_m[i], best.lateral[i], best.vertical[i],
-                 i < after.axial.size() ? after.axial[i] : 0.0, track.live[k].blind ? 1 : 0,
-                 track.live[k].correction_m, track.cpu_ms[k]);
+    scans.print("{:.3f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{:.4f},{:.2f}\n",
+                seconds_between(track.t_start, live->pairs[i].t), best.axial[i], start.axial[i],
+                sigma_m[i], best.lateral[i], best.vertical[i],
+                i < after.axial.size() ? after.axial[i] : 0.0, track.live[k].degenerate ? 1 : 0,
+                track.live[k].correction_m, track.cpu_ms[k]);
   }
   auto ranges = fmt::output_file(stem + "_ranges.csv");
   ranges.print("t_s,range_m,error_m,residual_m,sigma_m,bias_m,p_los,reason\n");
   for (const RangeRow& r : track.ranges) {
     ranges.print("{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.2f},{}\n",
-                 seconds_between(track.t_begin, r.use.sample.t), r.use.sample.range_m, r.error_m,
+                 seconds_between(track.t_start, r.use.sample.t), r.use.sample.range_m, r.error_m,
                  r.use.residual_m, r.use.sigma_m, r.use.bias_m, r.use.p_los,
                  ranging::kRangeReasonNames[static_cast<std::size_t>(r.use.reason)]);
   }

@@ -6,7 +6,7 @@ namespace rali::tunnel {
 
 namespace {
 
-constexpr double kBlockedShare = 0.2;
+constexpr double kBlockedFraction = 0.2;
 constexpr double kSilence_s = 30.0;
 
 Row row_of(const Case& on) {
@@ -31,7 +31,7 @@ Case in_middle(const std::string& name) {
 
 Case blocked() {
   Case c = in_middle("middle, 20 % blocked");
-  c.burst_share = kBlockedShare;
+  c.burst_fraction = kBlockedFraction;
   return c;
 }
 
@@ -42,7 +42,7 @@ Suite acceptance() {
   silent.loss_s = kSilence_s;
   Case start = in_middle("start, while heard");
   start.anchor = AnchorPlace::kStart;
-  start.until_heard = true;
+  start.until_received = true;
   Case start_unknown = start;
   start_unknown.name = "start, while heard, no prior";
   start_unknown.prior = false;

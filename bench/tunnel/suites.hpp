@@ -13,8 +13,8 @@ struct Suite {
   std::vector<Row> rows;
 };
 
-/// acceptance: the tunnel, all that can be known and heard there. harm: places that need no ranges,
-/// with and without. ablation: the tunnel with parts left out. mesh: the map against the world.
+/// acceptance: the tunnel with all priors and ranges. harm: worlds that need no ranges, with and
+/// without them. ablation: the tunnel with parts left out. mesh: the map against the world.
 /// Errors (kUsage): no such suite.
 [[nodiscard]] Result<Suite> suite_of(const std::string& name);
 

@@ -26,7 +26,7 @@ struct Column {
   Show show = Show::kHighIsBad;
 };
 
-/// What there is of it.
+/// The values that exist.
 Values values_of(const Group& group, const Get& get) {
   Values out;
   for (const Scores* s : group) {
@@ -46,7 +46,7 @@ std::string mean_text(const Values& values, int digits) {
                      digits, s.mean + half, digits);
 }
 
-/// Quantiles interpolate, which infinities do not survive.
+/// Quantiles interpolate, which fails for infinities.
 double median_of(Values values) {
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size();
@@ -114,11 +114,11 @@ std::vector<Column> range_columns() {
       {"NEES 6", [](const Scores& s) { return s.live.nees6; }, 1, Show::kMean},
       {"NEES axis smoothed", [](const Scores& s) { return s.smoothed.nees_axial; }, 2, Show::kMean},
       {"NIS", [](const Scores& s) { return s.nis; }, 2, Show::kMean},
-      {"heard", [](const Scores& s) { return s.heard; }, 2, Show::kLowIsBad},
+      {"heard", [](const Scores& s) { return s.received; }, 2, Show::kLowIsBad},
       {"bad", [](const Scores& s) { return s.bad; }, 3},
       {"bad refused", [](const Scores& s) { return s.bad_refused; }, 2, Show::kLowIsBad},
       {"good kept", [](const Scores& s) { return s.good_kept; }, 2, Show::kLowIsBad},
-      {"blind", [](const Scores& s) { return s.blind; }, 2},
+      {"blind", [](const Scores& s) { return s.degenerate; }, 2},
       {"growth m", [](const Scores& s) { return s.loss_growth_m; }, 2},
       {"back after s", [](const Scores& s) { return s.loss_back_s; }, 1},
       {"CPU ms", [](const Scores& s) { return s.cpu_ms; }, 1},
@@ -134,7 +134,7 @@ const Scores* partner_of(const Scores& with, const std::vector<Scores>& runs) {
   return nullptr;
 }
 
-/// With ranges against without, seed by seed.
+/// Results with ranges compared with those without, seed by seed.
 std::string against_table(const std::vector<Scores>& runs) {
   const auto compared = [&runs](auto compare) -> Get {
     return [&runs, compare](const Scores& s) {
@@ -192,10 +192,10 @@ std::string line_of(const Scores& s) {
       "{:.1f} s; NEES {:.2f}, {:.1f}; blind {:.2f}; {:.1f} ms",
       s.row, s.seed, s.live.axial_rmse_m, s.smoothed.axial_rmse_m, s.live.start_rmse_m,
       s.smoothed.start_rmse_m, s.live.axial_max_m, s.t_worst_s, s.live.nees_axial, s.live.nees6,
-      s.blind, s.cpu_ms);
+      s.degenerate, s.cpu_ms);
   if (s.ranges) {
     out += fmt::format("; NIS {:.2f}, bad refused {:.2f}, good kept {:.2f}, heard {:.2f}", s.nis,
-                       s.bad_refused, s.good_kept, s.heard);
+                       s.bad_refused, s.good_kept, s.received);
   }
   if (!std::isnan(s.loss_growth_m)) {
     out += fmt::format("; lost {:.2f} m, back after {:.1f} s", s.loss_growth_m, s.loss_back_s);

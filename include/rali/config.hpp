@@ -15,25 +15,25 @@ namespace rali {
 /// {"vehicles.v1.lidar.topic", "/points"}.
 using Settings = std::map<std::string, std::string>;
 
-/// What is laid over a file or over the defaults.
+/// Overrides of the values of a file, or of the defaults.
 struct LoadOptions {
-  std::string preset;  ///< robust, paper; empty: that of the file, else robust
+  std::string preset;  ///< robust, paper; empty: the file's preset, else robust
   Settings settings;
 };
 
-/// Recordings and calibration of a fleet: a fleet.yaml, complete with defaults. Cheap to copy.
+/// Recordings and calibration of a fleet: a fleet.yaml with all defaults filled in. Cheap to copy.
 class FleetConfig {
  public:
   struct Impl;
-  explicit FleetConfig(std::shared_ptr<const Impl> impl);  ///< for the library itself
+  explicit FleetConfig(std::shared_ptr<const Impl> impl);  ///< internal: used by the library only
 
   /// Names of the vehicles in their order.
   [[nodiscard]] std::vector<std::string> vehicles() const;
 
-  /// Text of a fleet.yaml that loads to the same; paths as given.
+  /// Text of a fleet.yaml that loads to the same configuration; paths as given.
   [[nodiscard]] std::string yaml() const;
 
-  /// For the library itself.
+  /// Internal: used by the library only.
   [[nodiscard]] const Impl& impl() const { return *impl_; }
 
  private:
@@ -49,8 +49,8 @@ class FleetConfig {
 [[nodiscard]] FleetConfig load_inputs(const std::vector<std::string>& inputs,
                                       const LoadOptions& options = {});
 
-/// `options` with a preset and settings of one vehicle (odometry.*, ranging.*, vehicle.*) laid over
-/// the defaults. Throws SettingsError.
+/// `options` with a preset and the settings of one vehicle (odometry.*, ranging.*, vehicle.*)
+/// applied over the defaults. Throws SettingsError.
 [[nodiscard]] VehicleOptions with_settings(VehicleOptions options, const LoadOptions& settings);
 
 }  // namespace rali

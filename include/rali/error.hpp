@@ -5,8 +5,8 @@
 
 namespace rali {
 
-/// Base of what the library throws. what() is the whole sentence that the command line prints:
-/// "WHERE: PROBLEM. REMEDY". A fault of the library itself is a std::logic_error instead.
+/// Base class of the library's exceptions. what() is the whole sentence that the command line
+/// prints: "WHERE: PROBLEM. REMEDY". A bug in the library itself is a std::logic_error instead.
 class Exception : public std::runtime_error {
  public:
   Exception(std::string where, std::string problem, std::string remedy);
@@ -25,7 +25,7 @@ class Exception : public std::runtime_error {
   std::string where_, problem_, remedy_;
 };
 
-/// Unreadable, damaged or unfit input; nothing was computed with it.
+/// Unreadable, damaged or unsuitable input; nothing was computed from it.
 class InputError : public Exception {
  public:
   using Exception::Exception;
@@ -46,7 +46,7 @@ class NoAnswerError : public Exception {
   ~NoAnswerError() override;
 };
 
-/// The machine: disk full, no permission, no memory. What is whole is kept.
+/// A failure of the machine: disk full, no permission, no memory. Completed files are kept.
 class MachineError : public Exception {
  public:
   using Exception::Exception;

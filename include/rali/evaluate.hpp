@@ -13,16 +13,17 @@ namespace rali {
 /// How estimate and ground truth are aligned.
 enum class Alignment { kSe3, kYaw, kOrigin, kNone };
 
-/// What `rali evaluate` has as options.
+/// The options of `rali evaluate`.
 struct EvaluateOptions {
-  std::string truth;  ///< folder with <vehicle>.tum, or one file; empty: the map alone is judged
-  std::string mesh;   ///< surfaces; empty: mesh.ply beside the truth, if there
-  Pose3 T_body_truth = Pose3::Identity();  ///< of what the truth follows (a prism, an antenna)
+  std::string truth;  ///< folder with <vehicle>.tum, or one file; empty: only the map is evaluated
+  std::string mesh;   ///< surfaces; empty: mesh.ply in the ground-truth folder, if present
+  Pose3 T_body_truth = Pose3::Identity();  ///< of the tracked point (a prism, an antenna)
   Alignment alignment = Alignment::kSe3;
   bool each = false;  ///< one alignment per vehicle instead of one for the fleet
   std::vector<double> distances_m = {1.0, 10.0, 50.0};  ///< of the relative pose error
   int threads = 0;  ///< 0: one per core; results do not depend on it
-  std::string out;  ///< folder of evaluation.json; empty: that of the run; no run: nowhere
+  std::string out;  ///< folder of evaluation.json; empty: the run's folder; without a run: not
+                    ///< written
 };
 
 /// All zero where nothing was measured.
@@ -39,19 +40,19 @@ struct RelativeError {
 
 /// Errors of a trajectory.
 struct TrackErrors {
-  std::string name;                     ///< of the vehicle; "fleet": of all together
-  std::size_t poses = 0;                ///< compared
+  std::string name;                     ///< of the vehicle; "fleet": all vehicles together
+  std::size_t poses = 0;                ///< number of compared poses
   double distance_m = 0.0;              ///< along the ground truth
   ErrorStatistics ape_m, rotation_rad;  ///< absolute pose error
   std::vector<RelativeError> rpe;
-  double nees = std::numeric_limits<double>::quiet_NaN();  ///< mean, expected 6; NaN: not known
+  double nees = std::numeric_limits<double>::quiet_NaN();  ///< mean, expected 6; NaN: unknown
 };
 
-/// Distances of the map's points from the mesh, those within 1 m.
+/// Distances from the map's points to the mesh, for points within 1 m of it.
 struct CloudErrors {
   std::size_t points = 0;
   ErrorStatistics to_mesh_m;     ///< count 0: no mesh
-  double fraction_beyond = 0.0;  ///< of the points, beyond 1 m
+  double fraction_beyond = 0.0;  ///< fraction of the points farther than 1 m
 };
 
 struct Evaluation {

@@ -12,7 +12,7 @@
 
 namespace rali {
 
-/// What `rali map` has as options.
+/// The options of `rali map`.
 struct MapOptions {
   std::string out = "out";                            ///< folder of the results
   std::vector<std::string> formats = {"pcd", "ply"};  ///< of map.*: pcd, ply, las
@@ -22,7 +22,7 @@ struct MapOptions {
   bool session_mcap = true, keyframe_clouds = true, report = true;
 };
 
-/// How far a run is.
+/// Progress of a run.
 struct MapProgress {
   std::string vehicle;               ///< may be empty
   std::string stage;                 ///< "time offset", "odometry", "fleet", "map", "files"
@@ -33,8 +33,8 @@ struct MapProgress {
   std::int64_t stamp_ns = 0;         ///< data time
 };
 
-/// Called from the thread that called map_recordings(). An exception leaves through it, once the
-/// outputs up to the data time reached are finished.
+/// Called from the thread that called map_recordings(). An exception from a callback propagates to
+/// the caller, after the outputs up to the data time reached are finished.
 struct MapCallbacks {
   std::function<bool(const MapProgress&)> progress;  ///< false: stop; may be empty
   std::function<void(const RunFinding&)> finding;    ///< may be empty
@@ -42,7 +42,7 @@ struct MapCallbacks {
 
 enum class MapStatus { kComplete, kPartial, kInterrupted };
 
-/// What became of one vehicle. NaN: it has no pose.
+/// Result of one vehicle. NaN: it has no pose.
 struct VehicleSummary {
   std::string name;
   double distance_m = 0.0;
@@ -51,13 +51,14 @@ struct VehicleSummary {
   double sigma_median_m = 0.0, sigma_max_m = 0.0;  ///< expected position error, 1 sigma
 };
 
-/// What a run came to; the results themselves are in the folder `out` (docs/reference/outputs.md).
+/// Summary of a run; the results themselves are in the folder `out` (docs/reference/outputs.md).
 struct MapSummary {
   MapStatus status = MapStatus::kComplete;
   std::string out;
   std::vector<VehicleSummary> vehicles;
   bool connected = true;  ///< all vehicles share one frame
-  bool gaps = false;      ///< damaged input, a vehicle without result: the command line ends with 3
+  bool gaps = false;      ///< damaged input or a vehicle without result: exit code 3 of the command
+                          ///< line
   std::size_t map_points = 0;
   std::size_t ranges = 0, ranges_used = 0;
   std::size_t loops_closed = 0;

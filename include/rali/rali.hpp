@@ -1,6 +1,6 @@
 #pragma once
 
-// All of the library. Target rali::io; programs without files take rali/vehicle.hpp and rali::core.
+// The whole library. Target rali::io; programs without files use rali/vehicle.hpp and rali::core.
 
 #include "rali/config.hpp"     // IWYU pragma: export
 #include "rali/error.hpp"      // IWYU pragma: export

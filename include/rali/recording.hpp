@@ -12,28 +12,28 @@
 namespace rali {
 
 /// The events of one vehicle's recording in order of time: scans in the LiDAR's frame, inertial
-/// samples in SI units, ranges of the recording's topics; stamps repaired, damage left out. Memory
-/// does not grow with the recording. What leaves is what `rali map` processes.
+/// samples in SI units, ranges of the recording's topics. Stamps are repaired, damaged data are
+/// left out. Memory does not grow with the recording. `rali map` processes the same events.
 class RecordingReader {
  public:
   /// Opens the recording and decides how to read it. Throws SettingsError (no such vehicle),
-  /// InputError (nothing there that can be read).
-  /// @param vehicle empty: the only one
+  /// InputError (nothing readable).
+  /// @param vehicle empty: the only vehicle
   explicit RecordingReader(const FleetConfig& config, const std::string& vehicle = {});
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;
   RecordingReader& operator=(RecordingReader&&) noexcept;
 
-  /// The next event; last EndOfData, then nothing. Throws InputError, MachineError.
+  /// The next event; the last one is EndOfData, then nothing. Throws InputError, MachineError.
   [[nodiscard]] std::optional<Event> next();
 
-  /// What a Vehicle needs for these events: calibration as given or found in the data, settings.
+  /// What a Vehicle needs for these events: calibration as given or read from the data, settings.
   [[nodiscard]] VehicleOptions vehicle_options() const;
 
-  /// 0 to 1.
+  /// Fraction read, 0 to 1.
   [[nodiscard]] double progress() const;
 
-  /// About the data, so far; complete after the last event.
+  /// Findings about the data so far; complete after the last event.
   [[nodiscard]] std::vector<RunFinding> findings() const;
 
  private:

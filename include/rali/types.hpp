@@ -13,22 +13,22 @@ namespace rali {
 
 using Vec3 = Eigen::Vector3d;
 
-/// A pose. Never aligned, so that its layout is the same under all compiler options: 16 doubles,
-/// columns of the 4x4 matrix.
+/// A pose. DontAlign makes the layout the same under all compiler options: 16 doubles, columns of
+/// the 4x4 matrix.
 using Pose3 = Eigen::Transform<double, 3, Eigen::Isometry, Eigen::DontAlign>;
 
 /// Covariance of a pose, order x y z rx ry rz [m, rad], rotation about the fixed axes of the outer
 /// frame, as in ROS' PoseWithCovariance.
 using Covariance6 = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
 
-/// Seconds of a stamp. A double resolves 0.2 microseconds at times of today.
+/// Seconds of a stamp. For current dates a double resolves 0.2 microseconds.
 [[nodiscard]] inline double seconds(std::int64_t stamp_ns) {
   return static_cast<double>(stamp_ns) * 1e-9;
 }
 
 enum class FindingLevel { kInfo, kWarning, kError };
 
-/// What was found in the data or during a run and did not stop it.
+/// A problem in the data or during a run that did not stop it.
 struct RunFinding {
   std::string id;  ///< stable: "D08" of the doctor, "odometry.diverged"
   FindingLevel level = FindingLevel::kWarning;

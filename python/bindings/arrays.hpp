@@ -13,7 +13,7 @@ namespace rali::python {
 
 namespace py = pybind11;
 
-/// An array that shows the numbers of `values`, which belongs to `owner`; no copy. None if empty.
+/// An array that views the numbers of `values`, which belongs to `owner`; no copy. None if empty.
 template <class T>
 py::object view(const std::vector<T>& values, py::handle owner) {
   if (values.empty()) return py::none();
@@ -29,7 +29,7 @@ py::object view_rows3(const std::vector<T>& values, py::handle owner) {
                         {3 * kStep, kStep}, values.data(), owner);
 }
 
-/// Poses or covariances, whose matrices lie one after the other column by column, as (N, n, n).
+/// Poses or covariances, stored contiguously column by column, as (N, n, n).
 template <class Matrix>
 py::object view_matrices(const std::vector<Matrix>& values, py::ssize_t n, py::handle owner) {
   constexpr py::ssize_t kStep = sizeof(double);
@@ -49,10 +49,10 @@ py::object view_matrices(const std::vector<Matrix>& values, py::ssize_t n, py::h
 /// Positions from an array of shape (N, 3) or (3,).
 [[nodiscard]] std::vector<Vec3> points_of(const py::object& points, const std::string& what);
 
-/// Path-like objects and text alike.
+/// Path-like objects and strings.
 [[nodiscard]] std::string path_of(const py::object& path);
 
-/// A dict of settings: text is YAML as it stands, all else becomes JSON, which is YAML too.
+/// A dict of settings: strings are kept as YAML, other values become JSON, which is YAML too.
 [[nodiscard]] std::map<std::string, std::string> settings_of(const py::object& settings);
 
 void bind_errors(py::module_& module);

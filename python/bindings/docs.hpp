@@ -1,6 +1,6 @@
 #pragma once
 
-// What help(rali.map) and the like print. Shapes in parentheses, units in brackets.
+// Texts that help(rali.map) and the like print. Shapes in parentheses, units in brackets.
 
 namespace rali::python {
 

@@ -27,7 +27,7 @@ const char* status_name(MapStatus status) {
   return kNames.at(static_cast<std::size_t>(status));
 }
 
-/// The callbacks hold the interpreter while they run; an exception, Ctrl-C included, stops the run.
+/// The callbacks hold the GIL while they run; an exception, Ctrl-C included, stops the run.
 MapCallbacks callbacks_of(const py::object& progress, const py::object& finding) {
   MapCallbacks callbacks;
   callbacks.progress = [progress](const MapProgress& state) {

@@ -7,7 +7,7 @@
 namespace rali::python {
 namespace {
 
-/// Raises the class of this name of rali._errors, with the parts of the sentence.
+/// Raises the class of this name from rali._errors, with the parts of the message.
 void raise(const char* name, const Exception& error) {
   const py::object type = py::module_::import("rali._errors").attr(name);
   const py::object value = type(error.what(), error.where(), error.problem(), error.remedy());

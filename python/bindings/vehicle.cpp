@@ -100,7 +100,7 @@ VehicleOptions options_of(const std::string& name, const py::object& T_body_lida
   return with_settings(std::move(options), {preset, settings_of(settings)});
 }
 
-/// The vehicle, used by one thread at a time though the interpreter is released.
+/// The vehicle with a lock: the GIL is released, but only one thread at a time may use it.
 class SharedVehicle {
  public:
   explicit SharedVehicle(const VehicleOptions& options) : vehicle_(options) {}

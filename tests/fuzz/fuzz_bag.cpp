@@ -1,4 +1,4 @@
-// Any bytes as a ROS 1 bag: the reader must end, within its limits, without a fault.
+// Any bytes as a ROS 1 bag: the reader must terminate, within its limits, without a fault.
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -18,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   RawMessage message;
   std::size_t sum = 0;
   while ((*source)->next(message).value_or(false)) {
-    // Touches the bytes, so that a span that dangles is seen.
+    // Reads the bytes, so that a dangling span is detected.
     for (const std::byte b : message.data) sum += std::to_integer<std::size_t>(b);
     if (message.topic >= (*source)->topics().size()) __builtin_trap();
   }

@@ -1,5 +1,5 @@
-// Facts of two vehicles, well-formed and of any content, into the fleet's joint estimate: no crash,
-// no hang, and nothing in it that is no number. Input: a sequence of (2 bytes length, message).
+// Well-formed facts of two vehicles with any content, into the fleet's joint estimate: no crash, no
+// hang, no NaN in it. Input: a sequence of (2 bytes length, message).
 #include <cstddef>
 #include <cstdint>
 #include <span>

@@ -1,5 +1,5 @@
-// Any cloud layout with any points: the decision and the decoder must neither crash nor break their
-// promises (see the checks below), whatever the drivers send.
+// Any cloud layout with any points, whatever drivers send: the format decision and the decoder must
+// neither crash nor violate their contracts (see the checks below).
 //
 // Input: 24 bytes of layout, 4 per field, then the points' bytes, given to one to three clouds.
 #include <cmath>
@@ -42,7 +42,7 @@ void check_scan(const sensor::LidarScan& scan, const CloudView& cloud,
   const std::uint64_t claimed = std::uint64_t{cloud.width} * cloud.height;
   check(n + scan.dropped_nan + scan.dropped_range + scan.dropped_time + scan.dropped_return ==
         claimed);
-  check(scan.t_end >= scan.t_begin);
+  check(scan.t_end >= scan.t_start);
   for (std::size_t i = 0; i < n; ++i) {
     const double range_m =
         std::hypot(static_cast<double>(scan.x_m[i]), static_cast<double>(scan.y_m[i]),

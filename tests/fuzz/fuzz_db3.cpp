@@ -1,4 +1,4 @@
-// Any bytes as a rosbag2 database: the reader must end, within its limits, without a fault.
+// Any bytes as a rosbag2 database: the reader must terminate, within its limits, without a fault.
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -9,7 +9,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace rali::io;
   const auto bytes = std::as_bytes(std::span(data, size));
-  // The same bytes as text: a damaged metadata.yaml costs nothing to try as well.
+  // The same bytes as text: trying them as a damaged metadata.yaml costs nothing.
   (void)parse_rosbag2_metadata({reinterpret_cast<const char*>(data), size});
   ReadLimits limits;
   limits.chunk_bytes = 4U << 20;

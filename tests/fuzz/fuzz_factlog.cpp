@@ -1,6 +1,6 @@
-// Any bytes as a segment of the log: what is read lies within it, in order, with the checksums that
-// it says, and reads the same when only the whole records are kept. The first byte says how many
-// heads are put right, else nothing would come past their checksums.
+// Any bytes as a segment of the log: the records read lie within it, in order, with matching
+// checksums, and stay the same if only whole records are kept. The first byte is the number of
+// heads that are corrected; otherwise no record would pass its checksum.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -16,7 +16,7 @@ using rali::factlog::Bytes;
 
 constexpr std::uint32_t kSegment = 1;
 
-/// Writes whole records over the bytes, their bodies as they are.
+/// Writes whole records over the bytes without changing their bodies.
 void put_right(Bytes& bytes, unsigned records) {
   using namespace rali::factlog;
   std::size_t at = kSegmentHeadBytes;
@@ -27,7 +27,7 @@ void put_right(Bytes& bytes, unsigned records) {
     const auto body = std::span(bytes).subspan(at + kRecordHeadBytes, length);
     const Bytes record = encode_record({rali::VehicleId{1}, 0, seq}, 3, body, {kSegment, at});
     std::copy(record.begin(), record.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
-    // Some bytes between this one and the next.
+    // Leaves some bytes between this record and the next.
     at += record.size() + std::to_integer<std::size_t>(bytes[at + kRecordHeadBytes - 1]) % 3;
   }
 }

@@ -1,8 +1,8 @@
-// A true story of three vehicles in which any fields of any facts are lies, into the joint
-// estimate: no crash, no hang, nothing in it that is no number. Mutated bytes seldom come past the
-// decoder with more than one message whole (fuzz_centre); here all facts stay readable.
+// A consistent sequence of facts of three vehicles, in which any fields are replaced by false
+// values, into the joint estimate: no crash, no hang, no NaN in it. Mutated bytes seldom pass the
+// decoder with more than one message intact (fuzz_centre); here all facts stay readable.
 //
-// Input: 1 byte of settings, then a sequence of lies (fact, field, value).
+// Input: 1 byte of settings, then a sequence of replacements (fact, field, value).
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -17,7 +17,7 @@
 #include "rali/fleet/centre/round_centre.hpp"
 #include "rali/fleet/centre/rounds_for_test.hpp"
 #include "rali/fleet/facts/fact_store.hpp"
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 
 namespace {
 
@@ -27,7 +27,7 @@ using geometry::Vec3;
 
 constexpr int kLiesMax = 24;
 
-/// What liars say: at and beyond the bounds of what is taken, and what looks harmless.
+/// Replacement values: at and beyond the accepted bounds, and harmless ones.
 constexpr double kValues[] = {0.0, -0.0, 1.0,  -1.0, 1e-30, -1e-30, 1e-12, 1e-6, 0.1,
                               3.0, -7.0, 50.0, 1e3,  -1e4,  9e4,    1e5,   9e6,  -9e6,
                               1e7, 1e9,  1e12, 1e20, 1e30,  -1e30,  1e300};
@@ -60,7 +60,7 @@ class Liar {
     m(static_cast<Eigen::Index>(number()) % m.size()) = value();
   }
 
-  /// Stays symmetric: anything else no decoder gives.
+  /// Keeps the matrix symmetric: the decoder gives no other matrices.
   template <int N>
   void symmetric(Eigen::Matrix<double, N, N>& m) {
     const auto i = static_cast<Eigen::Index>(number()) % N;
@@ -97,7 +97,7 @@ class Liar {
         step.at_rest = !step.at_rest;
         break;
       case 5:
-        step.blind = !step.blind;
+        step.degenerate = !step.degenerate;
         break;
       case 6:
         step.levelled = !step.levelled;
@@ -246,7 +246,7 @@ class Liar {
   std::size_t field_ = 0;
 };
 
-/// The round as told, with points of a room's corner at some keyframes and a loop.
+/// The round as reported, with points of a room's corner at some keyframes and a loop.
 std::vector<fleet::Fact> story(fleet::FleetForTest& fleet) {
   std::vector<fleet::Fact> facts = fleet.round();
   std::vector<fleet::Fact> more;
@@ -290,7 +290,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   fleet::RoundsForTest options;
   options.steps = 3;
   options.stand_s = 1.0;
-  options.blind = (mode & 1U) != 0;
+  options.degenerate = (mode & 1U) != 0;
   fleet::FleetForTest fleet(options);
   std::vector<fleet::Fact> facts = story(fleet);
   Liar liar(data, facts);
@@ -298,8 +298,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
 
   fleet::FactStore store(VehicleId{0}, {VehicleId{0}, VehicleId{1}, VehicleId{2}});
   for (const fleet::Fact& fact : facts) {
-    const auto told = fleet::told(fact);
-    if (told) store.add(std::make_shared<const fleet::Fact>(*told));
+    const auto quantised = fleet::quantised(fact);
+    if (quantised) store.add(std::make_shared<const fleet::Fact>(*quantised));
   }
   fleet::FleetSettings settings;
   if ((mode & 2U) != 0) settings.solve = fleet::SolveWhat::kRounds;

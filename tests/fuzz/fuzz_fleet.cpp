@@ -1,5 +1,5 @@
-// Any bytes as a message between vehicles. What is read must be writable, and from then on the same
-// bytes for ever. The checksum is put right, else nothing would come past it.
+// Any bytes as a message between vehicles. A decoded message must be encodable, and encoding it
+// again must give the same bytes. The checksum is corrected; otherwise no message would pass it.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// Bytes of a LinkTrack radio's serial port, of any content and cut anywhere: no crash, no hang, and
-// every byte is part of one frame or passed over.
+// Bytes of a LinkTrack radio's serial port, with any content and cut anywhere: no crash, no hang,
+// and every byte is part of one frame or skipped.
 #include <algorithm>
 #include <cstdint>
 #include <span>

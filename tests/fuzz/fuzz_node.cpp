@@ -1,9 +1,9 @@
-// A vehicle of a fleet of three hears anything that a link can bring: well-formed messages in any
-// order, of any content, from anybody. It must neither fall over nor hang, and what it says must be
-// such that others can read it.
+// A vehicle of a fleet of three receives anything that a link can carry: well-formed messages in
+// any order, with any content, from any sender. It must neither crash nor hang, and its messages
+// must be readable by others.
 //
-// Input: a sequence of (1 byte: what; 2 bytes: length or tenths of a second; bytes). The checksum
-// of a message is put right.
+// Input: a sequence of (1 byte: kind; 2 bytes: length or tenths of a second; bytes). The checksum
+// of a message is corrected.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +20,7 @@ using namespace rali;
 
 constexpr std::size_t kStepsMax = 400;
 
-/// v1 of three, that stands and knows where it is.
+/// Vehicle v1 of three, at standstill with a known pose.
 class Hearer {
  public:
   Hearer() : node_(VehicleId{1}, {VehicleId{1}, VehicleId{2}, VehicleId{3}}, settings(), {}, now_) {
@@ -28,7 +28,7 @@ class Hearer {
     pose.t = now_;
     pose.at_rest = pose.levelled = true;
     give(pose);
-    wait(5.0);  // it asks for votes
+    wait(5.0);  // it requests votes
   }
 
   void wait(double s) {
@@ -40,7 +40,7 @@ class Hearer {
     give(fleet::NodeTick{});
   }
 
-  void hear(std::span<const std::byte> raw) {
+  void receive(std::span<const std::byte> raw) {
     const auto envelope = wire::decode_envelope(fuzz::with_checksum(raw));
     if (envelope) give(*envelope);
   }
@@ -52,7 +52,7 @@ class Hearer {
       vote.op = fleet::RoleOp::kGrant;
       vote.term = node_.term();
       vote.candidate = VehicleId{1};
-      vote.t_echo = vote.t_heard = now_;
+      vote.t_echo = vote.t_received = now_;
       give(fleet::Envelope{voter, VehicleId{1}, vote});
     }
   }
@@ -68,9 +68,9 @@ class Hearer {
     fleet::NodeOutputs out;
     node_.step(event, now_, executor_, out);
     for (const fleet::NodeOutput& o : out) {
-      const auto* said = std::get_if<fleet::Envelope>(&o);
-      if (said == nullptr) continue;
-      const auto bytes = wire::encode_envelope(*said);
+      const auto* reported = std::get_if<fleet::Envelope>(&o);
+      if (reported == nullptr) continue;
+      const auto bytes = wire::encode_envelope(*reported);
       RALI_ASSERT(bytes.has_value());
       RALI_ASSERT(wire::decode_envelope(*bytes).has_value());
     }
@@ -96,7 +96,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     } else if (what % 8 == 1) {
       hearer.elect();
     } else {
-      hearer.hear(fuzz::take_bytes(rest, number));
+      hearer.receive(fuzz::take_bytes(rest, number));
     }
   }
   hearer.wait(1.0);

@@ -1,5 +1,5 @@
-// Ranges of any length, time, sigma and ends through all that judges them before an estimator does:
-// who is used must have a finite, positive variance, and a place that is found must be one.
+// Ranges with any length, time, sigma and ends through all checks before an estimator uses them.
+// Used ranges must have a finite, positive variance; an initialised landmark must be finite.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -27,7 +27,7 @@ T get(std::span<const std::uint8_t> bytes, std::size_t at) {
   return value;
 }
 
-/// One pair's judges. The own antenna drives a zigzag.
+/// All checks of one pair. The own antenna drives a zigzag.
 class Judges {
  public:
   explicit Judges(const ranging::RangingSettings& s)

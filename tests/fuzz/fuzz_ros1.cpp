@@ -1,5 +1,5 @@
 // Any text as the definition of a ROS 1 type (up to the first NUL), any bytes behind it as a
-// message of that type. Also as CDR whose stamps are shifted there and back.
+// message of that type. Also as CDR with its stamps shifted there and back.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto convert = wire::Ros1ToCdr::make("p/A", definition);
   if (convert) {
     const auto cdr = convert->convert(message);
-    // Each byte of a message is at most one of eight of padding, and an empty one is a byte.
+    // Each byte of a message needs at most eight with padding, and an empty one takes one byte.
     if (cdr && cdr->size() > 64 + 16 * message.size()) std::abort();
   }
   for (const auto kind : {wire::MessageKind::kTf, wire::MessageKind::kLivoxCustom,

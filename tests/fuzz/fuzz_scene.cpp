@@ -1,5 +1,5 @@
-// Scene files: any bytes either load or give one sentence; what loads dumps to the same scene, and
-// small floor plans are built.
+// Scene files: any bytes either load or give one sentence; a loaded scene dumps to the same scene,
+// and small floor plans are built.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto again = scenario::parse_scene(dumped, "scene.yaml", "");
   RALI_ASSERT(again.has_value());
   RALI_ASSERT(scenario::dump_scene(*again, "") == dumped);
-  // Building takes long for large plans, as it may; meshes would be read from the disk.
+  // Building large plans may take long; meshes would be read from the disk.
   const bool small = setup->place == scenario::PlaceKind::kFloorPlan &&
                      setup->floor_plan.areas.size() <= 8 && size < 2000;
   if (!small) return 0;

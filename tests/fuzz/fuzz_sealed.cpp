@@ -1,5 +1,5 @@
 // Any bytes as a sample of the fleet's DDS domain: without the key none is opened. Any bytes sealed
-// with the key: they come out as they went in, once, and what they are is decoded.
+// with the key: they are opened unchanged, once, and their content is decoded.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

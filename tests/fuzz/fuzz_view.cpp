@@ -1,5 +1,5 @@
 // Any messages as those of a viewer: no crash, no hang, no more memory than the limits allow. Bytes
-// 0xFF part the messages; the same bytes are read as an order and as an address.
+// 0xFF separate the messages; the same bytes are read as a command and as an address.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Any bytes as any message: no decoder may crash, hang or allocate more than the message explains.
-// First byte: which encoding and type; the rest is the message.
+// Any bytes as any message: no decoder may crash, hang or allocate more than the message justifies.
+// First byte: encoding and type; the rest is the message.
 #include <cstddef>
 #include <cstdint>
 
@@ -10,7 +10,7 @@ namespace {
 
 using namespace rali::wire;
 
-// What was decoded must be writable, too.
+// A decoded message must be encodable, too.
 template <class T>
 void write_again(const rali::Result<T>& value, Encoding encoding) {
   if (value) static_cast<void>(encode(*value, encoding));

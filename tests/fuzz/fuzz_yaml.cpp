@@ -1,4 +1,5 @@
-// Settings files: any bytes either load or give one sentence; what loads dumps to the same values.
+// Settings files: any bytes either load or give one sentence; loaded values dump to the same
+// values.
 #include <cstddef>
 #include <cstdint>
 #include <string_view>

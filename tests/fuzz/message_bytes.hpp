@@ -10,8 +10,7 @@
 
 namespace rali::fuzz {
 
-/// Bytes with the checksum of a message between vehicles put right: else nothing would come past
-/// it.
+/// Bytes with the correct checksum of a message between vehicles; otherwise no message would pass.
 inline wire::Bytes with_checksum(std::span<const std::byte> raw) {
   wire::Bytes bytes(raw.begin(), raw.end());
   constexpr std::size_t kSumAt = 6, kSumEnd = 10;
@@ -24,7 +23,7 @@ inline wire::Bytes with_checksum(std::span<const std::byte> raw) {
   return bytes;
 }
 
-/// Takes two bytes from the front, as a number; 0 at the end.
+/// Removes two bytes from the front, as a number; 0 at the end.
 inline std::size_t take_number(std::span<const std::byte>& rest) {
   if (rest.size() < 2) {
     rest = {};
@@ -36,7 +35,7 @@ inline std::size_t take_number(std::span<const std::byte>& rest) {
   return number;
 }
 
-/// Takes at most `length` bytes from the front.
+/// Removes at most `length` bytes from the front.
 inline std::span<const std::byte> take_bytes(std::span<const std::byte>& rest, std::size_t length) {
   const auto taken = rest.first(std::min(length, rest.size()));
   rest = rest.subspan(taken.size());

@@ -68,7 +68,8 @@ bool bring_up(const Socket& socket, const char* interface) {
   return socket.ask(SIOCSIFFLAGS, request);
 }
 
-/// In the namespace of the calling thread. The last byte of the hardware address is the vehicle.
+/// Acts in the namespace of the calling thread. The last byte of the hardware address is the
+/// vehicle.
 bool configure(std::size_t vehicle) {
   const Socket socket;
   ifreq hardware = request_about(kInterface);
@@ -122,7 +123,7 @@ std::unique_ptr<EmulatedRadio> EmulatedRadio::create(std::size_t vehicles, std::
 
 bool EmulatedRadio::add_port(std::size_t vehicle, std::string& why_not) {
   Port& port = ports_[vehicle];
-  // A thread of its own enters the new namespace, so that the caller stays where it is.
+  // A separate thread enters the new namespace, so that the caller stays in its own.
   std::thread([&] {
     if (::unshare(CLONE_NEWNET) != 0) {
       why_not = std::string("no network namespace (root?): ") + std::strerror(errno);
@@ -198,17 +199,18 @@ void EmulatedRadio::read_port(std::size_t from) {
 
 void EmulatedRadio::forward(std::size_t from, std::size_t to,
                             const std::vector<std::uint8_t>& bytes) {
-  Link& way = link(from, to);
-  ++way.traffic.frames_in;
-  const LinkModel& model = way.model;
+  Link& path = link(from, to);
+  ++path.traffic.frames_in;
+  const LinkModel& model = path.model;
   if (model.cut || (!is_arp(bytes) && rng_.uniform() < model.loss)) return;
   const double t_s = now_s();
   double sent_s = t_s;
   if (model.bytes_per_s > 0.0) {
-    const double waiting = std::max(0.0, way.free_s - t_s) * model.bytes_per_s;
+    const double waiting = std::max(0.0, path.free_s - t_s) * model.bytes_per_s;
     if (waiting > static_cast<double>(model.queue_bytes)) return;
-    way.free_s = std::max(way.free_s, t_s) + static_cast<double>(bytes.size()) / model.bytes_per_s;
-    sent_s = way.free_s;
+    path.free_s =
+        std::max(path.free_s, t_s) + static_cast<double>(bytes.size()) / model.bytes_per_s;
+    sent_s = path.free_s;
   }
   const double due_s = sent_s + model.delay_s + rng_.uniform(0.0, model.jitter_s);
   frames_.push({due_s, order_++, from, to, bytes});

@@ -17,20 +17,21 @@ namespace rali::net {
 
 /// One direction of a link between two vehicles.
 struct LinkModel {
-  double loss = 0.0;         ///< probability per Ethernet frame, each by itself
-  double delay_s = 0.0;      ///< one way
-  double jitter_s = 0.0;     ///< more delay, even between 0 and this: frames overtake each other
-  double bytes_per_s = 0.0;  ///< 0: no limit
-  std::size_t queue_bytes = 400'000;  ///< before the bottleneck; what is more is dropped
+  double loss = 0.0;                  ///< probability per Ethernet frame, independent
+  double delay_s = 0.0;               ///< one way
+  double jitter_s = 0.0;              ///< more delay, uniform from 0 to this: frames overtake
+  double bytes_per_s = 0.0;           ///< 0: no limit
+  std::size_t queue_bytes = 400'000;  ///< before the bottleneck; excess is dropped
   bool cut = false;
 };
 
-/// Vehicles on one machine, each in a network namespace of its own with one Ethernet interface
-/// (10.77.0.n), and between them a program that passes frames on as badly as it is told. Needs root
-/// and /dev/net/tun; no kernel module. ARP is never lost, else tests would measure its timers.
+/// Vehicles on one machine, each in its own network namespace with one Ethernet interface
+/// (10.77.0.n), and between them a program that forwards frames with the configured losses. Needs
+/// root and /dev/net/tun; no kernel module. ARP is never lost, otherwise tests would measure its
+/// timers.
 class EmulatedRadio {
  public:
-  /// @return nothing where the machine does not allow it; `why_not` says what
+  /// @return nothing if the machine does not allow it; `why_not` is then the reason
   [[nodiscard]] static std::unique_ptr<EmulatedRadio> create(std::size_t vehicles,
                                                              std::string& why_not);
   ~EmulatedRadio();
@@ -44,14 +45,14 @@ class EmulatedRadio {
   /// Moves the calling thread into the network of a vehicle. For children of a fork.
   [[nodiscard]] bool enter(std::size_t vehicle) const;
 
-  /// Both directions of all links.
+  /// Sets both directions of all links.
   void set_all(const LinkModel& model);
   void set(std::size_t from, std::size_t to, const LinkModel& model);
 
-  /// Begins to pass frames on; after all forks.
+  /// Starts forwarding frames; call after all forks.
   void start();
 
-  /// Frames that went into the link and that came out.
+  /// Frames sent into the link and delivered by it.
   struct Traffic {
     std::uint64_t frames_in = 0, frames_out = 0, bytes_out = 0;
   };
@@ -65,7 +66,7 @@ class EmulatedRadio {
 
   struct Link {
     LinkModel model;
-    double free_s = 0.0;  ///< when the bottleneck has sent all that waits
+    double free_s = 0.0;  ///< time at which the bottleneck has sent its queue
     Traffic traffic;
   };
 

@@ -1,5 +1,5 @@
-// The fleet link over bad radio: scenarios N1, N2, N4 and N8 of the design, a long cut, a one-way
-// link. RALI_SOAK in the environment makes them longer.
+// The fleet link over a bad radio: scenarios N1, N2, N4 and N8 of the design, a long interruption,
+// a one-way link. RALI_SOAK in the environment makes them longer.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -32,7 +32,7 @@ double now_s() {
 
 int soak_factor() { return std::getenv("RALI_SOAK") == nullptr ? 1 : 10; }
 
-/// What the processes of the vehicles tell the test: who received what when.
+/// A receipt, reported to the test by a vehicle's process: receiver, sender and times.
 struct Note {
   std::size_t at = 0, from = 0;
   double sent_s = 0.0, arrived_s = 0.0;
@@ -47,7 +47,7 @@ struct Board {
   Note note[kNotesMax];
 };
 
-/// First the time of sending, then anything.
+/// First the time of sending, then arbitrary content.
 Bytes timed_message(std::size_t size) {
   Bytes out(std::max(size, sizeof(double)));
   const double t_s = now_s();
@@ -55,7 +55,7 @@ Bytes timed_message(std::size_t size) {
   return out;
 }
 
-/// How long this machine let a thread wait that wanted to run: latencies hold beyond that.
+/// Longest delay of a runnable thread by this machine: latency bounds are extended by it.
 class PauseWatch {
  public:
   PauseWatch()
@@ -97,7 +97,7 @@ class FleetOverRadio : public ::testing::Test {
     if (board_ != nullptr) ::munmap(board_, sizeof(Board));
   }
 
-  /// Starts a process for each vehicle, then the radio. A script begins once go() was called.
+  /// Starts a process for each vehicle, then the radio. A script starts after go() is called.
   void start(const std::vector<Script>& scripts) {
     for (std::size_t i = 0; i < kVehicles; ++i) {
       const pid_t child = ::fork();
@@ -160,7 +160,7 @@ class FleetOverRadio : public ::testing::Test {
   Board* board_ = nullptr;
 
  private:
-  /// The whole life of a vehicle's process.
+  /// Main function of a vehicle's process.
   void drive(std::size_t self, const Script& script) {
     if (!radio_->enter(self)) return;
     FleetLinkOptions options;
@@ -211,7 +211,7 @@ class FleetOverRadio : public ::testing::Test {
 
 constexpr VehicleId kV1{1}, kV2{2};
 
-/// Sends at a steady rate until `n` are taken; what is refused is tried again.
+/// Sends at a steady rate until `n` messages are accepted; refused ones are sent again.
 class Pace {
  public:
   Pace(double period_s, int n) : period_s_(period_s), n_(n) {}
@@ -270,7 +270,7 @@ TEST_F(FleetOverRadio, one_vehicle_that_is_cut_off_holds_up_nobody) {
   start({[&](FleetLink& link, double since_s) {
     to_v2(since_s, [&] {
       (void)link.send(kV2, Urgency::kBulk, timed_message(20'000));
-      return true;  // what is refused stays behind
+      return true;  // refused messages are not sent again
     });
     to_v1(since_s, [&] { return link.send(kV1, Urgency::kBulk, timed_message(20'000)); });
   }});

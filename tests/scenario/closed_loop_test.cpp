@@ -1,4 +1,4 @@
-// A fleet that drives itself, by the program: from start poses alone to one map.
+// The program drives a fleet by itself: from start poses alone to one map.
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -16,7 +16,7 @@
 namespace rali {
 namespace {
 
-/// Two rooms with a door between them that the first vehicle does not look through.
+/// Two rooms with a door between them that the first vehicle cannot look through.
 constexpr const char* kTwoRooms = R"(schema: 1
 floor_plan:
   height_m: 2.8
@@ -82,8 +82,8 @@ TEST_F(ClosedLoop, two_vehicles_explore_two_rooms_end_by_themselves_and_make_one
   ASSERT_TRUE(T) << T.error().message();
   double farthest_m = 0.0;
   for (const eval::PosePair& pair : all) farthest_m = std::max(farthest_m, pair.ref.p.x());
-  // v1 never has to drive, and half of the ranges come through the wall: as if they were straight
-  // they put it 0.5 m off, against what both have seen.
+  // v1 never has to drive, and half of the ranges pass through the wall. Used as line-of-sight
+  // ranges they would shift it by 0.5 m, contradicting the scans of both vehicles.
   EXPECT_LT(eval::translation_statistics(eval::absolute_errors(all, *T)).rmse, 0.03);
   EXPECT_GT(farthest_m, 6.0) << "somebody looked into the second room";
 }

@@ -1,4 +1,4 @@
-// `rali doctor` on simulated recordings: each fault that one recording can show is named, and a
+// `rali doctor` on simulated recordings: it reports each fault that one recording can reveal, and a
 // recording without a fault has no warning.
 
 #include <cstdio>
@@ -15,7 +15,7 @@
 namespace rali::cli {
 namespace {
 
-/// What the doctor says about a scene with one vehicle.
+/// The doctor's report on a scene with one vehicle.
 std::string examined(const std::string& scene, const std::string& duration_s,
                      const std::string& fault) {
   const io::TestFolder folder;
@@ -43,7 +43,7 @@ struct Case {
   std::string fault, id, words;
 };
 
-/// So that a test's name says the fault and not the bytes of the struct.
+/// Prints the fault in a test's name instead of the bytes of the struct.
 void PrintTo(const Case& c, std::ostream* out) { *out << c.fault << ' ' << c.id; }
 
 class DoctorNames : public testing::TestWithParam<Case> {};

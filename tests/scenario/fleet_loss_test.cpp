@@ -1,4 +1,4 @@
-// What a bad radio does to the map of a fleet: nothing but delay.
+// A bad radio only delays the map of a fleet.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -25,7 +25,7 @@ constexpr double kSpeed_mps = 0.8;
 
 VehicleId id_of(int v) { return VehicleId{static_cast<std::uint16_t>(v)}; }
 
-/// Each drives a circle of its own size about a place of its own; heading along the way.
+/// Each vehicle drives a circle with its own radius and centre, heading along the path.
 SE3 truth(int v, double t_s) {
   const double radius_m = 4.0 + v;
   const double a = kSpeed_mps * t_s / radius_m + 0.7 * v;
@@ -35,7 +35,7 @@ SE3 truth(int v, double t_s) {
   return T;
 }
 
-/// Odom begins at the first pose; its scale is off by half a per cent.
+/// Odom starts at the first pose; its scale error is half a per cent.
 SE3 in_odom(int v, double t_s) {
   SE3 T = truth(v, 0.0).inverse() * truth(v, t_s);
   T.p *= 1.0 + 0.005 * (v - 1);
@@ -82,7 +82,7 @@ fleet::Increment increment(int v, std::uint32_t node, double t_s) {
   return step;
 }
 
-/// A second of ranges to the vehicle with the next number, and to that before.
+/// A second of ranges to the vehicles with the next and the previous number.
 fleet::RangeBlock ranges(int v, double from_s, Rng& rng) {
   fleet::RangeBlock block;
   for (int k = 0; k < 5; ++k) {
@@ -101,20 +101,20 @@ fleet::RangeBlock ranges(int v, double from_s, Rng& rng) {
   return block;
 }
 
-/// What one vehicle tells in the whole mission.
+/// All facts that one vehicle sends during the mission.
 std::vector<fleet::Fact> facts_of(int v, const std::vector<Vec3>& world) {
   Rng rng(static_cast<std::uint64_t>(v), "facts");
   std::vector<fleet::Fact> facts;
-  const auto tell = [&](double t_s, fleet::FactBody body) {
+  const auto report = [&](double t_s, fleet::FactBody body) {
     const auto seq = static_cast<std::uint32_t>(facts.size());
     facts.push_back({{id_of(v), 0, seq}, Time::from_s(t_s), std::move(body)});
   };
-  tell(0.0, fleet::EpochStart{"v" + std::to_string(v + 1), {Vec3::Zero()}});
+  report(0.0, fleet::EpochStart{"v" + std::to_string(v + 1), {Vec3::Zero()}});
   for (std::uint32_t node = 0; node <= static_cast<std::uint32_t>(kData_s); ++node) {
     const double t_s = node;
-    tell(t_s, increment(v, node, t_s));
-    tell(t_s, seen_from(node, truth(v, t_s), world));
-    if (v + 1 < kVehicles && t_s < kData_s) tell(t_s + 0.9, ranges(v, t_s, rng));
+    report(t_s, increment(v, node, t_s));
+    report(t_s, seen_from(node, truth(v, t_s), world));
+    if (v + 1 < kVehicles && t_s < kData_s) report(t_s + 0.9, ranges(v, t_s, rng));
   }
   return facts;
 }
@@ -147,10 +147,10 @@ struct Node {
   fleet::Exchange exchange;
   std::vector<fleet::Fact> to_make;
   std::size_t made = 0;
-  std::vector<fleet::FactPtr> arrived;  ///< own and foreign, as they came
+  std::vector<fleet::FactPtr> arrived;  ///< own and received, in order of arrival
 };
 
-/// Vehicles that tell each other their facts while they make them.
+/// Vehicles that send each other their facts while they create them.
 class RadioFleet {
  public:
   explicit RadioFleet(const drive::LinkSettings& link, std::uint64_t seed)
@@ -162,9 +162,9 @@ class RadioFleet {
     }
   }
 
-  /// Until all have all, at most until `most_s`.
-  void run(double most_s) {
-    for (double t_s = 0.0; t_s < most_s && !done(); t_s += 0.1) step(Time::from_s(t_s));
+  /// Runs until every vehicle has all facts, at most until `max_s`.
+  void run(double max_s) {
+    for (double t_s = 0.0; t_s < max_s && !done(); t_s += 0.1) step(Time::from_s(t_s));
   }
 
  private:
@@ -206,7 +206,7 @@ class RadioFleet {
   std::vector<Node> nodes;
 };
 
-/// As if all had been told at once, in order.
+/// All facts in order, as if transmitted at once.
 std::vector<fleet::FactPtr> undisturbed() {
   const std::vector<Vec3> world = hall();
   std::vector<fleet::FactPtr> all;
@@ -215,9 +215,9 @@ std::vector<fleet::FactPtr> undisturbed() {
   for (int v = 0; v < kVehicles; ++v) {
     fleet::FactStore store(id_of(v), ids);
     for (const fleet::Fact& fact : facts_of(v, world)) {
-      const auto told = store.add_own(fact);
-      EXPECT_TRUE(told);
-      if (told) all.push_back(*told);
+      const auto reported = store.add_own(fact);
+      EXPECT_TRUE(reported);
+      if (reported) all.push_back(*reported);
     }
   }
   return all;
@@ -239,7 +239,7 @@ TEST(FleetLoss, every_vehicle_makes_the_same_map_whatever_the_radio_did) {
   for (int v = 0; v < kVehicles; ++v) {
     const Node& node = fleet.nodes[static_cast<std::size_t>(v)];
     EXPECT_EQ(node.arrived.size(), facts.size()) << "a fact was lost on its way to vehicle " << v;
-    // In the order in which they came, points before their increments and gaps in between.
+    // In order of arrival, with points before their increments and temporary gaps.
     EXPECT_EQ(estimate_of(node.arrived), expected) << "vehicle " << v;
   }
 }

@@ -1,4 +1,4 @@
-// Two simulated vehicles from their recordings to one map, by the program itself.
+// Two simulated vehicles from their recordings to one map, with the program itself.
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -22,7 +22,7 @@ std::string read(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// The trajectory of one vehicle beside its truth.
+/// The trajectory of one vehicle paired with ground truth.
 eval::PairList pairs_of(const std::string& recording, const std::string& out,
                         const std::string& vehicle) {
   const auto est = io::read_tum(out + "/trajectory/" + vehicle + ".tum");
@@ -37,7 +37,7 @@ eval::PairList pairs_of(const std::string& recording, const std::string& out,
   return paired ? paired->pairs : eval::PairList{};
 }
 
-/// How far the second vehicle's place relative to the first one's is off, typically: no alignment.
+/// RMS error of the second vehicle's position relative to the first one's, without alignment.
 double between_m(const eval::PairList& a, const eval::PairList& b) {
   std::vector<double> errors;
   for (const eval::PoseError& e : eval::errors_between(a, b, 0.3)) {
@@ -47,7 +47,7 @@ double between_m(const eval::PairList& a, const eval::PairList& b) {
   return eval::statistics(errors).rmse;
 }
 
-/// fleet.yaml without what it says about starts.
+/// fleet.yaml without its start poses.
 std::string without_priors(const std::string& yaml) {
   std::string out;
   bool within = false;
@@ -89,7 +89,7 @@ TEST(FleetMap, of_a_corridor_is_one_map_with_starts_and_never_a_wrong_one_withou
   if (without.code == 0) {
     EXPECT_LT(between_m(pairs_of(recording, apart, "v1"), pairs_of(recording, apart, "v2")), 0.3);
   } else {
-    // Not joined is an honest answer, as long as it says so.
+    // Not joining is acceptable if it is reported.
     EXPECT_EQ(without.code, 3) << without.err;
     EXPECT_NE((without.err + without.out).find("v2"), std::string::npos);
   }

@@ -1,4 +1,5 @@
-// Starts that once failed: seeds whose first seconds show the LiDAR little, through the vehicle.
+// Seeds of starts that failed in the past: the first seconds have few LiDAR features. Whole
+// vehicle.
 #include <algorithm>
 #include <cmath>
 #include <variant>
@@ -23,11 +24,11 @@ struct Start {
 
 struct Outcome {
   bool diverged = false;
-  double farthest_m = 0.0;  ///< from the start, while the truth stood
+  double farthest_m = 0.0;  ///< from the start, while the true vehicle was at standstill
   double speed_max_mps = 0.0;
   double end_sigma_m = 0.0;
-  double end_error_m = 0.0;  ///< of the way from the first pose, against the truth
-  double silent_m = 0.0;     ///< largest error beyond four of its sigma, from 2 s on
+  double end_error_m = 0.0;  ///< of the path from the first pose, against ground truth
+  double silent_m = 0.0;     ///< largest error beyond four sigma, from 2 s on
 };
 
 Outcome drive(const Start& start, double duration_s) {
@@ -65,11 +66,11 @@ Outcome drive(const Start& start, double duration_s) {
         first_true = p_true;
         t_first = pose->t;
       }
-      const double way_m = (pose->T_odom_body.p - first).norm();
+      const double path_m = (pose->T_odom_body.p - first).norm();
       const double true_m = (p_true - first_true).norm();
-      if (true_m < 0.005) out.farthest_m = std::max(out.farthest_m, way_m);
+      if (true_m < 0.005) out.farthest_m = std::max(out.farthest_m, path_m);
       out.speed_max_mps = std::max(out.speed_max_mps, pose->v_odom_mps.norm());
-      out.end_error_m = std::abs(way_m - true_m);
+      out.end_error_m = std::abs(path_m - true_m);
       const geometry::Mat6 P =
           vehicle::odom_covariance(pose->covariance, pose->T_local_body, pose->T_odom_body);
       out.end_sigma_m = std::sqrt(P.bottomRightCorner<3, 3>().trace());
@@ -83,7 +84,7 @@ Outcome drive(const Start& start, double duration_s) {
 }
 
 TEST(HardStarts, a_vehicle_that_stands_does_not_slide_along_a_blind_corridor) {
-  // Sixteen rings, a map one scan old, people who walk by: nothing along the axis but them.
+  // Sixteen rings, a map one scan old, people walking by: no other structure along the axis.
   for (const std::uint64_t seed : {4, 5, 26}) {
     const Outcome out = drive({sim::Scene::kLoop, seed}, 6.0);
     EXPECT_FALSE(out.diverged) << seed;
@@ -93,8 +94,8 @@ TEST(HardStarts, a_vehicle_that_stands_does_not_slide_along_a_blind_corridor) {
 }
 
 TEST(HardStarts, a_start_in_motion_in_a_blind_corridor_does_not_run_away) {
-  // The LiDAR cannot tell the speed here, and tells so; it must not be dragged along by what
-  // little couples it with pitch.
+  // The speed is unobservable by the LiDAR here and is reported so. Weak coupling with pitch must
+  // not drag the estimate along.
   for (const std::uint64_t seed : {31, 52}) {
     const Outcome out = drive({sim::Scene::kLoop, seed, 0.0, 4}, 12.0);
     EXPECT_FALSE(out.diverged) << seed;
@@ -103,10 +104,10 @@ TEST(HardStarts, a_start_in_motion_in_a_blind_corridor_does_not_run_away) {
 }
 
 TEST(HardStarts, a_start_in_motion_is_held_by_walls_that_few_points_see) {
-  // A tenth of a scan faces the weakest direction. The map of a start in motion counted as young,
-  // so it was refused, and the vehicle drove off by metres on an inertial sensor that nobody knew
-  // yet. In the last start gravity is off at first, what walls on all sides say contradicts it, and
-  // was refused for that.
+  // A tenth of a scan faces the weakest direction. That was refused, because the map of a start in
+  // motion counted as young, and the vehicle drifted by metres on an uncalibrated inertial sensor.
+  // In the last start gravity is wrong at first. Walls on all sides contradict it and were refused
+  // for that.
   using sim::Scene;
   const std::vector<Start> starts = {{Scene::kHall, 1, 0.0, 0},    {Scene::kHall, 2, 0.0, 0},
                                      {Scene::kGarage, 1, 0.0, 0},  {Scene::kGarage, 2, 0.0, 0},
@@ -120,22 +121,22 @@ TEST(HardStarts, a_start_in_motion_is_held_by_walls_that_few_points_see) {
 }
 
 TEST(HardStarts, rings_on_the_floor_that_drive_along_do_not_hide_the_first_speed) {
-  // Registered alone the first scans say that the vehicle stands. Odom takes back what that has
-  // cost by 3 cm per scan, so it is looked at later.
+  // Registration of the first scans alone gives a vehicle at standstill. Odometry recovers the
+  // resulting error by 3 cm per scan, so the error is checked later.
   const std::vector<Start> starts = {{sim::Scene::kLoop, 4, 0.0, 0},
                                      {sim::Scene::kLoop, 10, 0.0, 0},
                                      {sim::Scene::kFloor, 82, 0.0, 4}};
   for (const Start& start : starts) {
     const Outcome out = drive(start, 42.0);
     EXPECT_FALSE(out.diverged) << start.seed;
-    EXPECT_LT(out.end_error_m, 0.4) << start.seed;  // 7 m with the first speed alone
+    EXPECT_LT(out.end_error_m, 0.4) << start.seed;  // 7 m if only the first speed is used
   }
 }
 
 TEST(HardStarts, people_and_an_open_yard_do_not_hide_the_first_speed) {
-  // Few surfaces face the motion, and the ground shows none: at a wrong first speed more points lie
-  // on it, since its rings fill ever new cells. Points on the ground counted, and the vehicle was
-  // up to 30 m off after 12 s while it stated centimetres.
+  // Few surfaces face the motion, and the ground does not constrain it. At a wrong first speed more
+  // points match the ground, since its rings fill ever new cells. With ground points counted,
+  // errors reached 30 m after 12 s with sigmas of centimetres.
   const std::vector<Start> starts = {
       {sim::Scene::kYard, 83, 0.0, 12},  {sim::Scene::kYard, 85, 0.0, 12},
       {sim::Scene::kYard, 88, 0.0, 12},  {sim::Scene::kYard, 95, 0.0, 12},
@@ -150,8 +151,8 @@ TEST(HardStarts, people_and_an_open_yard_do_not_hide_the_first_speed) {
 }
 
 TEST(HardStarts, a_blind_tunnel_is_driven_by_inertial_data_that_standing_has_taught) {
-  // The first poses of a young map wander by milliradians. Gravity found with the last of them and
-  // kept for the first drove the vehicle off by 30 m within a minute, while 4 m were stated.
+  // The first poses of a young map vary by milliradians. Gravity from the last of them applied to
+  // the first one gave an error of 30 m within a minute with a sigma of 4 m.
   std::vector<double> errors_m;
   for (const std::uint64_t seed : {14, 15, 16}) {
     Start start{sim::Scene::kTunnel, seed, 6.0, 0};

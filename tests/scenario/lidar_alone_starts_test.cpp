@@ -1,4 +1,4 @@
-// Recorded scans twice a second, LiDAR alone, begun anywhere: right, or said to be lost.
+// Recorded scans twice a second, LiDAR only, started anywhere: correct, or reported as lost.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,7 +28,7 @@ struct Recorded {
 
 sensor::LidarScan read_scan(const std::filesystem::path& file, Time t) {
   sensor::LidarScan scan;
-  scan.t_begin = t;
+  scan.t_start = t;
   scan.t_end = t;
   std::ifstream in(file, std::ios::binary);
   std::array<char, 8> record{};
@@ -61,7 +61,7 @@ std::vector<Recorded> backward(std::vector<Recorded> scans) {
   const Time first = scans.front().scan.t_end;
   const Time last = scans.back().scan.t_end;
   std::reverse(scans.begin(), scans.end());
-  for (Recorded& r : scans) r.scan.t_begin = r.scan.t_end = first + (last - r.scan.t_end);
+  for (Recorded& r : scans) r.scan.t_start = r.scan.t_end = first + (last - r.scan.t_end);
   return scans;
 }
 
@@ -72,7 +72,7 @@ std::vector<Recorded> halved(const std::vector<Recorded>& scans) {
 }
 
 struct Outcome {
-  double silent_max_m = 0.0;  ///< error beyond the limit that was not said
+  double silent_max_m = 0.0;  ///< largest unreported error beyond the limit
   bool lost = false;
 };
 
@@ -93,13 +93,14 @@ Outcome run(const std::vector<Recorded>& scans, double start_s, double duration_
     const bool cut = result.state == odometry::TrackState::kDiverged;
     out.lost = out.lost || cut;
     const double sigma_m = std::sqrt(result.covariance.diagonal().tail<3>().maxCoeff());
-    const bool said = out.lost && error_m < kSigmas * sigma_m;
-    if (!cut && !said && error_m > kLimit_m) out.silent_max_m = std::max(out.silent_max_m, error_m);
+    const bool reported = out.lost && error_m < kSigmas * sigma_m;
+    if (!cut && !reported && error_m > kLimit_m)
+      out.silent_max_m = std::max(out.silent_max_m, error_m);
   }
-  const bool told = std::any_of(findings.begin(), findings.end(), [](const Finding& f) {
+  const bool reported = std::any_of(findings.begin(), findings.end(), [](const Finding& f) {
     return f.id == "odometry.diverged" && f.t_end > f.t;
   });
-  EXPECT_EQ(out.lost, told);
+  EXPECT_EQ(out.lost, reported);
   return out;
 }
 
@@ -113,7 +114,7 @@ TEST(LidarAloneStarts, a_start_anywhere_is_right_or_said_to_be_lost) {
   int lost = 0;
   int runs = 0;
   for (const auto& scans : {forward, backward(forward), halved(forward)}) {
-    // Standing, then a turn of 40 degrees between two scans; in motion; in a turn.
+    // At standstill, then a turn of 40 degrees between two scans; in motion; in a turn.
     for (const double start_s : {2.0, 4.0, 14.0, 16.0, 26.0, 34.0, 44.0, 46.0, 48.0}) {
       const Outcome out = run(scans, start_s, 7.0);
       EXPECT_EQ(out.silent_max_m, 0.0) << "variant of run " << runs << ", start " << start_s;

@@ -1,6 +1,6 @@
-// Stated errors of the live pose against true ones, on the path that the product takes: simulated
-// sensors through a whole vehicle. Over several seeds, since the squared errors of one drive hang
-// together.
+// Stated errors of the live pose against true ones in the product's configuration: simulated
+// sensors through a whole vehicle. Several seeds, since the squared errors of one drive are
+// correlated.
 #include <algorithm>
 #include <variant>
 #include <vector>
@@ -15,8 +15,8 @@
 namespace rali {
 namespace {
 
-constexpr double kFirst_s = 5.0;  ///< the first pose that is judged, after the first of all
-constexpr double kApart_s = 2.0;  ///< closer poses share their errors
+constexpr double kFirst_s = 5.0;  ///< time of the first scored pose after the first of all
+constexpr double kApart_s = 2.0;  ///< closer poses have correlated errors
 
 /// Normalised squared error of a position relative to the first pose, per degree of freedom.
 double position_nees(const vehicle::PoseEstimate& pose, const geometry::SE3& T_local_body_true) {
@@ -26,7 +26,7 @@ double position_nees(const vehicle::PoseEstimate& pose, const geometry::SE3& T_l
   return e.dot(P.inverse() * e) / 3.0;
 }
 
-/// The position NEES of one drive over a storey, mean over its poses.
+/// Mean position NEES of one drive over a storey.
 double drive(std::uint64_t seed) {
   sim::SimOptions options;
   options.scene = sim::Scene::kFloor;

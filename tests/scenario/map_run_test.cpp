@@ -1,4 +1,4 @@
-// Real recordings through the whole of `rali map`: folder of scans or bag to finished outputs.
+// Real recordings through the whole of `rali map`: from a folder of scans or a bag to the outputs.
 #include "rali/drive/map_run.hpp"
 
 #include <atomic>
@@ -43,7 +43,7 @@ class Quiet final : public drive::ProgressSink {
   double stop_after_m_;
 };
 
-/// Writes the first n sweeps of kitti_0005 as KITTI .bin with times.txt.
+/// Writes the first n scans of kitti_0005 as KITTI .bin with times.txt.
 void write_kitti_folder(const std::string& out, int n, double period_s = 0.10356) {
   fs::create_directories(out);
   std::ofstream times(out + "/times.txt");
@@ -120,9 +120,9 @@ TEST(MapScenario, follows_the_car_of_kitti_and_does_not_depend_on_threads) {
   ASSERT_TRUE(truth && tum);
   ASSERT_GE(tum->poses.size(), 20U);
   const std::size_t last = tum->poses.size() - 1;
-  const double way_m = (tum->poses[last].T.p - tum->poses[0].T.p).norm();
+  const double path_m = (tum->poses[last].T.p - tum->poses[0].T.p).norm();
   const double true_m = (truth->poses[last].T.p - truth->poses[0].T.p).norm();
-  EXPECT_NEAR(way_m, true_m, 0.1 * true_m) << "a car that moves must not stand in the map";
+  EXPECT_NEAR(path_m, true_m, 0.1 * true_m) << "a car that moves must not stand in the map";
 }
 
 TEST(MapScenario, gets_the_same_trajectory_from_every_container) {
@@ -169,7 +169,7 @@ TEST(MapScenario, finishes_its_outputs_when_it_is_stopped) {
   const auto run = drive::run_map(job_of(folder.path("scans"), folder.path("out"), 1), sink, stop);
   ASSERT_TRUE(run) << run.error().message();
   EXPECT_EQ(run->status, drive::RunStatus::kInterrupted);
-  EXPECT_LT(run->vehicles.at(0).sweeps, 30U);
+  EXPECT_LT(run->vehicles.at(0).scans, 30U);
   std::ifstream file(folder.path("out/status.json"));
   const auto status = nlohmann::json::parse(file);
   EXPECT_EQ(status["status"], "interrupted");
@@ -182,7 +182,7 @@ TEST(MapScenario, finishes_its_outputs_when_it_is_stopped) {
 TEST(MapScenario, leaves_readable_odometry_and_keyframes_when_it_is_killed) {
   RALI_NEEDS_DATA("kitti_0005");
   const io::TestFolder folder;
-  // Twice the period: odometry reaches the disk every 10 s of data.
+  // Twice the period, because odometry is written to disk every 10 s of data.
   write_kitti_folder(folder.path("scans"), 130, 0.2071);
   const std::string out = folder.path("out"), scans = folder.path("scans");
   const std::string odometry = out + "/odometry/.scans.tum.tmp";  // named after the folder
@@ -192,7 +192,7 @@ TEST(MapScenario, leaves_readable_odometry_and_keyframes_when_it_is_killed) {
     execl(RALI_BINARY, RALI_BINARY, "map", scans.c_str(), "-o", out.c_str(), "-q", nullptr);
     _exit(127);
   }
-  // Killed as soon as the first 10 s of odometry are on disk, or it has ended by itself.
+  // Killed as soon as the first 10 s of odometry are on disk, or ended by itself.
   int status = 0;
   bool ended = false;
   for (int i = 0; i < 24000 && !ended; ++i) {

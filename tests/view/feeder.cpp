@@ -1,5 +1,5 @@
-// rali_view_feeder [--port N] [--speed X] [--until S] [--wait]: a made-up fleet in a mine on the
-// live page. --wait: it starts when a viewer is there. Prints the address; ends by SIGTERM.
+// rali_view_feeder [--port N] [--speed X] [--until S] [--wait]: an invented fleet in a mine on the
+// live page. --wait: starts when a viewer connects. Prints the address; ends by SIGTERM.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -63,7 +63,7 @@ wire::Bytes cloud_bytes(const std::vector<Seen>& points, double t_s) {
                       wire::Encoding::kCdr);
 }
 
-/// What is not known, free and walls, as nav_msgs/OccupancyGrid.
+/// Unknown, free and occupied cells as nav_msgs/OccupancyGrid.
 wire::Bytes plan_bytes(const std::vector<Seen>& points, double t_s) {
   constexpr int kWidth = 440, kHeight = 360;
   constexpr double kCell_m = 0.25, kX0_m = -8.0, kY0_m = -42.0;
@@ -144,7 +144,7 @@ class Feeder {
     server_.publish(channel, t, raw(std::as_bytes(std::span(text))));
   }
 
-  /// Points that come into sight of a vehicle; those of v3 are off until a table puts them right.
+  /// Newly visible points of a vehicle; those of v3 are displaced until a table corrects them.
   std::vector<Seen> look_around(int v, double t_s) {
     const Pose pose = pose_of(v, t_s);
     const auto error = static_cast<float>(v == 2 ? gallery_error_m(t_s) : 0.0);
@@ -203,7 +203,7 @@ int feed(const Arguments& arguments) {
     std::this_thread::sleep_for(std::chrono::duration<double>(s));
   };
   while (arguments.wait && (*server)->viewers() == 0 && g_stop == 0) pause(0.05);
-  if (arguments.wait) pause(1.5);  // it subscribes
+  if (arguments.wait) pause(1.5);  // time for it to subscribe
   double t_s = 0.0;
   for (; t_s <= arguments.until_s && g_stop == 0; t_s += 1.0) {
     feeder.step(t_s);

@@ -23,9 +23,9 @@ bool inside(const Gallery& g, double x, double y, double margin_m) {
   const double length = std::hypot(g.x1 - g.x0, g.y1 - g.y0);
   const double ux = (g.x1 - g.x0) / length, uy = (g.y1 - g.y0) / length;
   const double along = (x - g.x0) * ux + (y - g.y0) * uy;
-  const double aside = -(x - g.x0) * uy + (y - g.y0) * ux;
+  const double lateral = -(x - g.x0) * uy + (y - g.y0) * ux;
   return along > margin_m && along < length - margin_m &&
-         std::abs(aside) < 0.5 * g.width_m - margin_m;
+         std::abs(lateral) < 0.5 * g.width_m - margin_m;
 }
 
 void add_gallery(const Gallery& g, Rng& rng, std::vector<Point>& out) {
@@ -33,10 +33,10 @@ void add_gallery(const Gallery& g, Rng& rng, std::vector<Point>& out) {
   const double length = std::hypot(g.x1 - g.x0, g.y1 - g.y0);
   const double ux = (g.x1 - g.x0) / length, uy = (g.y1 - g.y0) / length;
   const double half = 0.5 * g.width_m;
-  const auto add = [&](double along, double aside, double z) {
+  const auto add = [&](double along, double lateral, double z) {
     const double rough = 0.07 * std::sin(1.7 * along + z) + 0.05 * rng.normal();
-    const double x = g.x0 + along * ux - (aside + rough) * uy;
-    const double y = g.y0 + along * uy + (aside + rough) * ux;
+    const double x = g.x0 + along * ux - (lateral + rough) * uy;
+    const double y = g.y0 + along * uy + (lateral + rough) * ux;
     for (const Gallery& other : kGalleries) {
       if (&other != &g && z > 0.05 && inside(other, x, y, 0.25)) return;
     }
@@ -103,7 +103,7 @@ std::array<double, 2> place_at(const std::vector<Stop>& route, double t_s) {
   return {route.back().x_m, route.back().y_m};
 }
 
-/// In the bare middle of a gallery the LiDAR sees nothing along it.
+/// True in the bare middle of a gallery, where the LiDAR is degenerate along it.
 bool is_bare(double x_m, double y_m) {
   if (std::abs(y_m) < 2.0) {
     return x_m > 6 && x_m < 74 && std::abs(x_m - 30) > 7 && std::abs(x_m - 58) > 7;
@@ -124,7 +124,7 @@ Pose pose_of(int vehicle, double t_s) {
   const auto& route = kRoutes[static_cast<std::size_t>(vehicle)];
   const auto [x, y] = place_at(route, t_s);
   Pose pose{.x_m = x, .y_m = y};
-  // While it stands, a vehicle looks where it came from or will go to.
+  // At standstill, a vehicle faces its later direction of travel.
   for (const double ahead_s : {0.8, 3.0, 30.0, 150.0}) {
     const auto [nx, ny] = place_at(route, t_s + ahead_s);
     if (std::hypot(nx - x, ny - y) < 0.05) continue;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-/// A mine with three vehicles, made up: for tests of the live page and to look at it without a
+/// An invented mine with three vehicles, for tests and demonstrations of the live page without a
 /// fleet. Nothing here is measured or estimated.
 namespace rali::view_demo {
 
@@ -23,15 +23,15 @@ struct Pose {
 inline constexpr int kVehicles = 3;
 inline constexpr double kEnd_s = 270.0;
 inline constexpr double kFirstHandOver_s = 105.0, kSecondHandOver_s = 190.0;
-inline constexpr double kTableMoves_s = 92.0;  ///< a loop closure moves the gallery of v3
-inline constexpr double kLostBegin_s = 228.0, kLostEnd_s = 256.0;
+inline constexpr double kTableMoves_s = 92.0;  ///< a loop closure corrects the gallery of v3
+inline constexpr double kLostStart_s = 228.0, kLostEnd_s = 256.0;
 
 /// Points of all walls, floors and roofs.
 [[nodiscard]] std::vector<Point> mine_points();
 
 [[nodiscard]] Pose pose_of(int vehicle, double t_s);
 
-/// Index of who stands at this time.
+/// Index of the anchor, which is stationary at this time.
 [[nodiscard]] int anchor_at(double t_s);
 
 }  // namespace rali::view_demo

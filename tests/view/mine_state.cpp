@@ -15,11 +15,11 @@ using nlohmann::json;
 
 std::string name_of(int vehicle) { return fmt::format("v{}", vehicle + 1); }
 
-bool is_lost(double t_s) { return t_s >= kLostBegin_s && t_s < kLostEnd_s; }
+bool is_lost(double t_s) { return t_s >= kLostStart_s && t_s < kLostEnd_s; }
 
-/// Whom nobody hears is where it was heard last.
-double heard_at(int vehicle, double t_s) {
-  return vehicle == 2 && is_lost(t_s) ? kLostBegin_s - 2.0 : t_s;
+/// Time of the last message of a vehicle: that of its loss if it is lost.
+double received_at(int vehicle, double t_s) {
+  return vehicle == 2 && is_lost(t_s) ? kLostStart_s - 2.0 : t_s;
 }
 
 json position(int vehicle, double t_s) {
@@ -28,7 +28,7 @@ json position(int vehicle, double t_s) {
   return {pose.x_m + error_m, pose.y_m + 0.5 * error_m, 0.1};
 }
 
-/// Seconds of degenerate driving until now: along it the uncertainty grows.
+/// Seconds of uninterrupted degenerate driving until now: the uncertainty along it grows.
 double bare_s(int vehicle, double t_s) {
   double since = 0.0;
   for (double t = t_s; t > 0.0 && pose_of(vehicle, t).degenerate; t -= 1.0) since += 1.0;
@@ -46,18 +46,18 @@ std::string waits_for(int vehicle, double t_s) {
 }
 
 json vehicle_at(int vehicle, double t_s) {
-  const double heard_s = heard_at(vehicle, t_s);
-  const Pose pose = pose_of(vehicle, heard_s);
-  const double bare = bare_s(vehicle, heard_s);
-  const double major_m = 0.12 + 0.012 * bare + 0.0006 * heard_s;
+  const double received_s = received_at(vehicle, t_s);
+  const Pose pose = pose_of(vehicle, received_s);
+  const double bare = bare_s(vehicle, received_s);
+  const double major_m = 0.12 + 0.012 * bare + 0.0006 * received_s;
   json out = {{"name", name_of(vehicle)},
-              {"position_m", position(vehicle, heard_s)},
+              {"position_m", position(vehicle, received_s)},
               {"yaw_rad", pose.yaw_rad},
               {"ellipse",
                {{"major_m", major_m},
                 {"minor_m", 0.06},
                 {"angle_rad", std::atan2(pose.axis[1], pose.axis[0])}}},
-              {"age_s", vehicle == 0 ? 0.05 : t_s - heard_s + 0.4},
+              {"age_s", vehicle == 0 ? 0.05 : t_s - received_s + 0.4},
               {"role", vehicle == anchor_at(t_s) ? "anchor" : "tag"},
               {"mode", vehicle == anchor_at(t_s) ? "stand"
                        : pose.at_rest            ? "wait"
@@ -95,7 +95,7 @@ json links_at(double t_s) {
         link["rate_Bps"] = 900000.0 / (12.0 + d);
         link["delay_s"] = 0.004 + 0.0003 * d;
       }
-      link["age_s"] = connected ? 0.4 : t_s - kLostBegin_s + 2.0;
+      link["age_s"] = connected ? 0.4 : t_s - kLostStart_s + 2.0;
       out.push_back(link);
     }
   }
@@ -165,7 +165,7 @@ json stretches_at(double t_s) {
         out.push_back({{"vehicle", name_of(v)}, {"path_m", path}, {"corrected", true}});
       path = json::array();
     };
-    for (double t = 0.0; t <= heard_at(v, t_s); t += 2.0) {
+    for (double t = 0.0; t <= received_at(v, t_s); t += 2.0) {
       if (pose_of(v, t).degenerate)
         path.push_back(position(v, t));
       else
@@ -192,7 +192,7 @@ json diagnostics_at(double t_s) {
     out.push_back(
         {{"level", "error"},
          {"name", "anchor"},
-         {"message", fmt::format("v3 has not been heard for {:.0f} s.", t_s - kLostBegin_s + 2)},
+         {"message", fmt::format("v3 has not been heard for {:.0f} s.", t_s - kLostStart_s + 2)},
          {"remedy", "Drive v1 towards x 44, y 0, or order: rali operator assume-lost v3"}});
   }
   return out;
@@ -213,8 +213,8 @@ json anchor_state(double t_s) {
   if (is_lost(t_s)) {
     out["lost"] = {
         {"vehicle", "v3"},
-        {"age_s", t_s - kLostBegin_s + 2.0},
-        {"position_m", position(2, kLostBegin_s)},
+        {"age_s", t_s - kLostStart_s + 2.0},
+        {"position_m", position(2, kLostStart_s)},
         {"message", "v3 is not heard. v1 and v2 elect a new anchor as soon as both stand."},
         {"command", "rali operator assume-lost v3"}};
   }
@@ -322,7 +322,7 @@ std::string paths_at(double t_s) {
       const Pose pose = pose_of(v, t);
       if (pose.at_rest && t > 0.0) continue;
       times.push_back(t);
-      // A table moves what was driven before it, too.
+      // A table also corrects earlier poses.
       const double error_m = v == 2 && t_s < kTableMoves_s ? gallery_error_m(t) : 0.0;
       positions.push_back({pose.x_m + error_m, pose.y_m + 0.5 * error_m, 0.1});
       degenerate.push_back(pose.degenerate ? 1 : 0);

@@ -11,9 +11,9 @@ std::string name_of(VehicleId id, const VehicleNames& names) {
 
 Degeneracy public_degeneracy(const degeneracy::Report& report) {
   Degeneracy result;
-  result.degenerate = report.blind;
-  result.direction_odom = report.blind_odom;
-  result.sigma_m = report.sigma_blind_m;
+  result.degenerate = report.degenerate;
+  result.direction_odom = report.degenerate_odom;
+  result.sigma_m = report.sigma_degenerate_m;
   for (std::size_t axis = 0; axis < result.translation_sigma_m.size(); ++axis) {
     result.translation_sigma_m[axis] = report.directions[axis].sigma;
   }

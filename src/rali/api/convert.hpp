@@ -24,7 +24,7 @@ using VehicleNames = std::vector<std::string>;
 [[nodiscard]] Covariance6 public_covariance(const geometry::Mat6& covariance,
                                             const geometry::SE3& T_outer_body);
 
-/// @param vehicle the name where the finding has none
+/// @param vehicle name used where the finding has none
 [[nodiscard]] RunFinding public_finding(const Finding& finding, const std::string& vehicle = {});
 
 [[nodiscard]] PoseEstimate public_estimate(const vehicle::PoseEstimate& pose,
@@ -35,7 +35,7 @@ using VehicleNames = std::vector<std::string>;
 [[nodiscard]] RangeMeasurement public_range(const sensor::RangeSample& sample,
                                             const VehicleNames& names);
 
-/// The scan with its unusable points left out and counted. Takes the arrays of `scan`.
+/// The scan without its unusable points, which are counted. Takes over the arrays of `scan`.
 /// Errors (kInput): arrays of different length.
 [[nodiscard]] Result<sensor::LidarScan> inner_scan(Scan scan, const std::array<double, 2>& range_m);
 

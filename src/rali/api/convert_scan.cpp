@@ -8,7 +8,7 @@
 namespace rali::api {
 namespace {
 
-/// A revolution takes 0.2 s at most; sparse sensors and merged frames are allowed more.
+/// A revolution takes 0.2 s at most; sparse sensors and merged frames may take longer.
 constexpr float kScanTimeMax_s = 10.0F;
 
 Status check_length(const char* name, std::size_t n, std::size_t points) {
@@ -31,7 +31,7 @@ Status check_lengths(const Scan& scan) {
   return scan.ring.empty() ? Status{} : check_length("ring", scan.ring.size(), n);
 }
 
-/// Which points are kept: finite, in range, with a time that can belong to the scan.
+/// Which points are kept: finite, in range, with a plausible time.
 std::vector<bool> usable(sensor::LidarScan& scan, const std::array<double, 2>& range_m) {
   std::vector<bool> keep(scan.size(), true);
   for (std::size_t i = 0; i < scan.size(); ++i) {
@@ -69,7 +69,7 @@ Result<sensor::LidarScan> inner_scan(Scan scan, const std::array<double, 2>& ran
   if (Status s = check_lengths(scan); !s) return tl::make_unexpected(s.error());
   const std::size_t n = scan.size();
   sensor::LidarScan inner;
-  inner.t_begin = Time::from_ns(scan.stamp_ns);
+  inner.t_start = Time::from_ns(scan.stamp_ns);
   inner.has_point_times = !scan.dt_s.empty();
   inner.has_rings = !scan.ring.empty();
   inner.deskewed = scan.deskewed;
@@ -94,13 +94,13 @@ Result<sensor::LidarScan> inner_scan(Scan scan, const std::array<double, 2>& ran
   if (inner.has_rings) inner.rings = std::max(scan.rings, rings);
   const float last_s =
       inner.dt_s.empty() ? 0.0F : *std::max_element(inner.dt_s.begin(), inner.dt_s.end());
-  inner.t_end = inner.t_begin + Duration::from_s(static_cast<double>(last_s));
+  inner.t_end = inner.t_start + Duration::from_s(static_cast<double>(last_s));
   return inner;
 }
 
 Scan public_scan(const sensor::LidarScan& scan) {
   Scan result;
-  result.stamp_ns = scan.t_begin.ns;
+  result.stamp_ns = scan.t_start.ns;
   result.x_m = scan.x_m;
   result.y_m = scan.y_m;
   result.z_m = scan.z_m;

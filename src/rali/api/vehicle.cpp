@@ -43,7 +43,7 @@ vehicle::VehicleSettings inner_settings(const VehicleOptions& options) {
   noise.gyro_walk_radps2_rthz = options.imu_noise.gyro_walk_radps2_rthz;
   noise.vibration_factor = options.imu_noise.vibration_factor;
   settings.antennas_body_m = options.antennas_body_m;
-  // What a fleet.yaml adds about a peer (start pose, bias) stays with its name.
+  // A fleet.yaml's data on a peer (start pose, bias) are matched by its name.
   std::vector<vehicle::PeerSettings> known = std::move(settings.peers);
   settings.peers.clear();
   for (const Peer& peer : options.peers) {
@@ -120,7 +120,7 @@ struct Vehicle::Impl {
     if (const auto* finding = std::get_if<Finding>(&output)) {
       return api::public_finding(*finding, names.front());
     }
-    return std::nullopt;  // what vehicles send each other
+    return std::nullopt;  // messages between vehicles
   }
 
   api::VehicleNames names;

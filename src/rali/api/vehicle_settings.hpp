@@ -5,7 +5,7 @@
 
 namespace rali {
 
-/// What the public, opaque settings hold.
+/// Implementation of the public, opaque settings.
 struct VehicleSettings::Impl {
   vehicle::VehicleSettings settings;
 };

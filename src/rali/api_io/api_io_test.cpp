@@ -11,7 +11,7 @@
 namespace rali::api_io {
 namespace {
 
-/// A vehicle in a hall for a few seconds, mapped once for all tests that read results.
+/// A vehicle in a hall for a few seconds, mapped once for all tests that need results.
 class MappedHall : public testing::Test {
  protected:
   static void SetUpTestSuite() {

@@ -24,7 +24,7 @@ config::Overrides overrides_of(const LoadOptions& options) {
   return overrides;
 }
 
-/// The command line is where its words come from; here they come from the program that calls.
+/// In the library the settings come from the calling program, not from the command line.
 [[noreturn]] void throw_config_error(Error error) {
   if (error.where == "command line") error.where = "settings";
   api::throw_error(error);

@@ -30,7 +30,7 @@ TrackErrors public_errors(const std::string& name, const assess::TrackScore& sco
   TrackErrors errors;
   errors.name = name;
   errors.poses = score.poses;
-  errors.distance_m = score.way_m;
+  errors.distance_m = score.path_m;
   errors.ape_m = public_statistics(score.ape_m);
   errors.rotation_rad = public_statistics(score.rotation_rad);
   for (const assess::RpeScore& rpe : score.rpe) {
@@ -64,7 +64,7 @@ Evaluation evaluate(const std::string& input, const EvaluateOptions& options) {
     result.cloud.points = inner.cloud->points;
     if (inner.cloud->to_mesh) {
       result.cloud.to_mesh_m = public_statistics(inner.cloud->to_mesh->within);
-      result.cloud.fraction_beyond = inner.cloud->to_mesh->share_beyond;
+      result.cloud.fraction_beyond = inner.cloud->to_mesh->fraction_beyond;
     }
   }
   result.warnings = inner.warnings;

@@ -9,7 +9,7 @@
 
 namespace rali {
 
-/// What the public, opaque configuration holds.
+/// Implementation of the public, opaque configuration.
 struct FleetConfig::Impl {
   config::FleetConfig fleet;
   std::shared_ptr<const drive::FleetFacts> facts;  ///< of state folders; null: recordings
@@ -17,7 +17,7 @@ struct FleetConfig::Impl {
 
 namespace api_io {
 
-/// The public options that stand for these settings.
+/// The public options that correspond to these settings.
 [[nodiscard]] VehicleOptions public_options(const vehicle::VehicleSettings& settings);
 
 }  // namespace api_io

@@ -19,8 +19,8 @@
 namespace rali {
 namespace {
 
-/// Hands progress and findings to the caller's functions. What these throw must not pass through a
-/// run, whose outputs would stay unfinished: it is kept, and the run is stopped.
+/// Passes progress and findings to the caller's callbacks. Their exceptions must not unwind through
+/// a run, whose outputs would stay unfinished: the exception is stored and the run stopped.
 class CallbackSink final : public drive::ProgressSink {
  public:
   explicit CallbackSink(const MapCallbacks& callbacks) : callbacks_(callbacks) {}
@@ -28,8 +28,8 @@ class CallbackSink final : public drive::ProgressSink {
   void progress(const drive::Progress& p) override {
     if (!callbacks_.progress) return;
     guarded([&] {
-      const MapProgress progress{p.vehicle, p.stage,       p.share, p.speed,
-                                 p.path_m,  p.blind_share, p.t.ns};
+      const MapProgress progress{
+          p.vehicle, p.stage, p.fraction, p.speed, p.path_m, p.degenerate_fraction, p.t.ns};
       if (!callbacks_.progress(progress)) stop_.store(true, std::memory_order_relaxed);
     });
   }
@@ -85,10 +85,10 @@ VehicleSummary public_summary(const drive::VehicleSummary& vehicle) {
   VehicleSummary summary;
   summary.name = vehicle.name;
   summary.distance_m = vehicle.path_m;
-  summary.scans = vehicle.sweeps;
-  summary.scans_dropped = vehicle.sweeps_dropped;
+  summary.scans = vehicle.scans;
+  summary.scans_dropped = vehicle.scans_dropped;
   summary.keyframes = vehicle.keyframes;
-  summary.degenerate_fraction = vehicle.blind_share;
+  summary.degenerate_fraction = vehicle.degenerate_fraction;
   summary.sigma_median_m = vehicle.sigma_median_m;
   summary.sigma_max_m = vehicle.sigma_max_m;
   return summary;

@@ -50,7 +50,7 @@ struct RecordingReader::Impl {
     std::erase_if(file_ranges, [&](const sensor::RangeSample& r) { return !concerns(r); });
   }
 
-  /// A range that only the vehicle or one of its peers can have measured.
+  /// Whether the vehicle or one of its peers is an end of the range.
   [[nodiscard]] bool concerns(const sensor::RangeSample& range) const {
     const bool own = range.from.value == index || range.to.value == index;
     return own && drive::judge_range(range, job.ranges) == ranging::RangeReason::kNoPose;
@@ -72,7 +72,7 @@ struct RecordingReader::Impl {
       return api::public_range(file_ranges[next_range++], names);
     }
     if (!next) {
-      if (std::exchange(told_end, true)) return std::nullopt;
+      if (std::exchange(reported_end, true)) return std::nullopt;
       return EndOfData{};
     }
     const vehicle::Event event = *std::exchange(next, std::nullopt);
@@ -91,7 +91,7 @@ struct RecordingReader::Impl {
   std::vector<sensor::RangeSample> file_ranges;
   std::size_t next_range = 0;
   std::optional<vehicle::Event> next;
-  bool ended = false, told_end = false;
+  bool ended = false, reported_end = false;
 };
 
 RecordingReader::RecordingReader(const FleetConfig& config, const std::string& vehicle)

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// NaN for an empty cell, a number that is not known.
+/// NaN for an empty cell (unknown).
 double number(const io::CsvReader& csv, int column) {
   const std::string_view cell = csv.cell(column);
   if (cell.empty()) return kUnknown;
@@ -81,7 +81,7 @@ std::string covariance_file(const std::string& path) {
   return std::filesystem::is_regular_file(file, error) ? file.string() : std::string();
 }
 
-/// A field by its name or by that of CloudCompare; empty if there is none.
+/// A field by its name or its name in CloudCompare; empty if there is none.
 template <class T>
 std::vector<T> column(const io::CloudFile& cloud, const std::string& name) {
   int field = cloud.field(name);

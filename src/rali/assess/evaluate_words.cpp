@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kNumbersMax = 16;
 
-/// Finite numbers between commas; nothing if one is none.
+/// Comma-separated finite numbers; nothing if any of them is invalid.
 std::optional<std::vector<double>> numbers(std::string_view text) {
   std::vector<double> out;
   while (out.size() <= kNumbersMax) {

@@ -17,17 +17,17 @@ using geometry::SE3;
 
 namespace {
 
-/// Two vehicles are compared while both have poses at most this far apart.
+/// Two vehicles are compared where both have poses at most this far apart in time.
 constexpr double kBetweenGap_s = 0.25;
-/// A truth slower than this does not follow pitch and roll of a vehicle.
+/// Ground truth with a longer period than this does not follow pitch and roll of a vehicle.
 constexpr double kSlowTruth_s = 0.05;
-/// A shift of the clocks is worth a word from here on, if it takes away this much of the error.
+/// A clock shift of at least this is reported if it reduces the error to this fraction.
 constexpr double kShiftMin_s = 0.002;
-constexpr double kShiftShare = 0.7;
-/// Of the offset that rali map has added; its own sigma and the shift's are within.
-constexpr double kOffsetShare = 0.25;
+constexpr double kShiftFraction = 0.7;
+/// Tolerance as a fraction of the offset added by rali map; covers its sigma and that of the shift.
+constexpr double kOffsetFraction = 0.25;
 
-/// A vehicle with its pairs, on the way to its score.
+/// A vehicle with its pose pairs, before it is scored.
 struct Judged {
   const VehicleInput* input = nullptr;
   bool is_reference = false;  ///< its first pose fixes the frame
@@ -63,7 +63,7 @@ Result<Judged> judged(const VehicleInput& vehicle, const EvaluationOptions& opti
   return out;
 }
 
-/// Straight lines between the poses of a slow truth cut off what a vehicle does on rough ground.
+/// Linear interpolation between the poses of a slow ground truth misses motion on rough ground.
 void warn_of_slow_truth(const VehicleInput& v, const EvaluationOptions& options,
                         std::vector<std::string>& warnings) {
   if (options.associate.mode != eval::AssociationMode::kInterpolate || v.truth.size() < 2) return;
@@ -79,13 +79,13 @@ void warn_of_slow_truth(const VehicleInput& v, const EvaluationOptions& options,
       v.truth_file, gap_s));
 }
 
-/// rali map keeps the clock of the IMU, which is the fleet's: it adds the offset it found to the
-/// LiDAR's stamps. A truth on the LiDAR's clock then lies off by just that.
+/// rali map keeps the fleet's clock, that of the IMU: it adds the estimated offset to the LiDAR's
+/// stamps. A ground truth on the LiDAR's clock is then shifted by exactly this offset.
 std::string cause_of_shift(double shift_s, const VehicleInput& v) {
   const double offset_s = v.time_offset_s;
   if (offset_s == 0.0) return "the clocks or the stamp rules differ";
   const double left_s = std::abs(shift_s + offset_s);
-  const bool explains = left_s < std::max(kShiftMin_s, kOffsetShare * std::abs(offset_s));
+  const bool explains = left_s < std::max(kShiftMin_s, kOffsetFraction * std::abs(offset_s));
   return fmt::format(
       "rali map has added {:+.4f} s to the LiDAR's stamps (time_offset_s of metrics.json) and "
       "gives "
@@ -107,7 +107,7 @@ Gauges gauges_of(const std::vector<Judged>& group, eval::Alignment asked) {
   return {frame_gauge(trajectory, asked), frame_gauge(live, asked)};
 }
 
-/// Judges vehicles in one frame.
+/// Evaluates vehicles in one frame.
 class FrameJudge {
  public:
   FrameJudge(const EvaluationOptions& options, Evaluation& result)
@@ -143,8 +143,8 @@ class FrameJudge {
  private:
   Status add_vehicle(const Judged& v, const SE3& T_truth_est, const eval::Gauge& gauge) {
     const SampleOptions how{options_.distances_m, options_.all_pairs, T_truth_est, gauge};
-    const Samples samples = samples_of(v.pairs, v.input->trajectory.covariances, v.input->blind_map,
-                                       v.input->truth, how);
+    const Samples samples = samples_of(v.pairs, v.input->trajectory.covariances,
+                                       v.input->degenerate_map, v.input->truth, how);
     VehicleScore score;
     score.name = v.input->name;
     score.trajectory = score_of(samples, options_.distances_m);
@@ -164,21 +164,20 @@ class FrameJudge {
     return {};
   }
 
-  /// A tilt of 1 degree is an error of 0.17 m in height after 10 m: only a frame that gravity has
-  /// levelled shows a drift in height. Whoever aligns by yaw or not at all says that both are
-  /// level.
+  /// A tilt of 1 degree is an error of 0.17 m in height after 10 m: only a frame levelled by
+  /// gravity shows a drift in height. Alignment by yaw or without alignment asserts that both
+  /// frames are level.
   [[nodiscard]] bool is_level(const VehicleInput& vehicle) const {
     const bool asserted =
         options_.align == eval::Alignment::kYaw || options_.align == eval::Alignment::kNone;
     return vehicle.levelled.value_or(asserted);
   }
 
-  /// A clock that is off looks like an error of position; better to say so than to let it be
-  /// searched.
+  /// A clock offset looks like a position error, so it is reported.
   void warn_of_shift(const Judged& v, const SE3& T_truth_est) {
     const auto shift = eval::time_shift(v.pairs, T_truth_est);
     if (!shift || std::abs(shift->shift_s) < kShiftMin_s) return;
-    if (shift->rmse_after_m > kShiftShare * shift->rmse_m) return;
+    if (shift->rmse_after_m > kShiftFraction * shift->rmse_m) return;
     result_.warnings.push_back(fmt::format(
         "{}: stamps {:.3f} s {} than they are would explain most of the error (position rmse "
         "{:.4f} -> {:.4f} m); {}",
@@ -186,8 +185,9 @@ class FrameJudge {
         shift->rmse_m, shift->rmse_after_m, cause_of_shift(shift->shift_s, *v.input)));
   }
 
-  /// Live poses lie in map, too, but it was known less well then: aligned by themselves, one
-  /// transform for all. The vehicles of the group are the last in the result.
+  /// Live poses are in map, too, but at their time its alignment was less accurate. They are
+  /// aligned separately, with one transform for all. The vehicles of the group are the last in the
+  /// result.
   Status add_live(const std::vector<Judged>& group, const eval::Gauge& gauge) {
     eval::PairList all;
     for (const Judged& v : group) {
@@ -201,7 +201,7 @@ class FrameJudge {
     for (std::size_t i = 0; i < group.size(); ++i) {
       const Judged& v = group[i];
       if (v.live_pairs.empty()) continue;
-      // Blind directions are known for the final poses only.
+      // Degenerate directions are known for the final poses only.
       const Samples samples =
           samples_of(v.live_pairs, v.input->live.covariances, {}, v.input->truth, how);
       TrackScore& score = result_.vehicles[first + i].live.emplace();
@@ -213,14 +213,14 @@ class FrameJudge {
     return {};
   }
 
-  /// Each odometry has a frame of its own: aligned by itself.
+  /// Each odometry has its own frame, so it is aligned separately.
   Status add_odometry(const Judged& v, VehicleScore& score) {
     const Result<FrameFit> fit = fit_frame(v.odometry_pairs, options_.align);
     if (!fit) return tl::make_unexpected(fit.error());
     const StatedPairs stated{&v.odometry_pairs, &v.input->odometry.covariances, true};
     const SampleOptions how{options_.distances_m, options_.all_pairs, fit->T_truth_est,
                             frame_gauge({&stated, 1}, options_.align)};
-    // Blind directions are known in map only, not in the frame of the odometry.
+    // Degenerate directions are known in map only, not in the frame of the odometry.
     const Samples samples =
         samples_of(v.odometry_pairs, v.input->odometry.covariances, {}, v.input->truth, how);
     score.odometry = score_of(samples, options_.distances_m);
@@ -285,7 +285,7 @@ Result<Evaluation> evaluate_tracks(const RunInput& run, const EvaluationOptions&
     }
     if (vehicles.empty()) continue;
     add_between(vehicles, result);
-    // However the vehicles are aligned: what is stated is relative to the frame's reference.
+    // Whatever the alignment, the covariances are relative to the frame's reference.
     const Gauges gauges = gauges_of(vehicles, options.align);
     if (!options.each) {
       if (Status s = judge.add(vehicles, gauges); !s) return tl::make_unexpected(s.error());

@@ -22,17 +22,18 @@ struct EvaluationOptions {
   bool mesh_icp = false;
 };
 
-/// One frame of the estimate and how it lies on the truth's.
+/// One frame of the estimate and its alignment to the frame of the ground truth.
 struct FrameScore {
   std::vector<std::string> vehicles;
   geometry::SE3 T_truth_est;
-  eval::Alignment used = eval::Alignment::kSe3;  ///< differs from what was asked on straight ways
+  eval::Alignment used = eval::Alignment::kSe3;  ///< differs from the request on straight
+                                                 ///< trajectories
 };
 
 struct VehicleScore {
   std::string name;
   TrackScore trajectory;               ///< final poses, one alignment for the frame
-  std::optional<TrackScore> live;      ///< in map as known at the time, one alignment, too
+  std::optional<TrackScore> live;      ///< poses in map as estimated live, one alignment
   std::optional<TrackScore> odometry;  ///< as processed, aligned by itself
   std::vector<PoseRow> rows;           ///< of the trajectory
 };
@@ -53,7 +54,7 @@ struct CloudScore {
 };
 
 struct Evaluation {
-  std::string input, truth, mesh;  ///< as given; empty if there is none
+  std::string input, truth, mesh;  ///< as given; empty if absent
   EvaluationOptions options;
   std::vector<FrameScore> frames;
   std::vector<VehicleScore> vehicles;
@@ -63,17 +64,17 @@ struct Evaluation {
   std::optional<CloudScore> cloud;
   std::vector<std::string> warnings;
 
-  /// Alignment and association in words, as every result states them.
+  /// Alignment and association as text, part of every result.
   [[nodiscard]] std::string how() const;
 };
 
-/// Judges the vehicles that have a truth. Errors: kInput (no common time, poses out of order),
+/// Evaluates the vehicles with ground truth. Errors: kInput (no common time, poses out of order),
 /// kNoAnswer (no alignment).
 [[nodiscard]] Result<Evaluation> evaluate_tracks(const RunInput& run,
                                                  const EvaluationOptions& options);
 
-/// Adds the judgement of a cloud to `result`.
-/// @param mesh  nullptr: how sharp the map is, without a truth
+/// Adds the evaluation of a cloud to `result`.
+/// @param mesh  nullptr: sharpness of the map, without ground truth
 /// @param T_mesh_cloud  usually FrameScore::T_truth_est of the first frame
 [[nodiscard]] Status evaluate_cloud(const std::string& file, const eval::PointList& points,
                                     const eval::TriangleMesh* mesh,

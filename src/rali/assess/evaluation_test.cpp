@@ -33,12 +33,12 @@ SE3 on_curve(double t_s, double y_m = 0.0) {
   return at(10.0 * std::sin(a), 10.0 - 10.0 * std::cos(a) + y_m, 0.0, a);
 }
 
-/// TUM text of poses each `step_s` from begin_s on.
+/// TUM text of poses each `step_s` from start_s on.
 template <class F>
-std::string tum(double begin_s, double step_s, int n, const F& pose) {
+std::string tum(double start_s, double step_s, int n, const F& pose) {
   std::string text;
   for (int i = 0; i < n; ++i) {
-    text += io::tum_line({Time::from_s(begin_s + step_s * i), pose(step_s * i)}) + '\n';
+    text += io::tum_line({Time::from_s(start_s + step_s * i), pose(step_s * i)}) + '\n';
   }
   return text;
 }
@@ -49,7 +49,7 @@ void make_folders(const TestFolder& f) {
   }
 }
 
-/// v1 is perfect; v2's estimate is 0.6 m beside its truth. Both in a frame of their own kind.
+/// v1 is perfect; v2's estimate is 0.6 m beside its ground truth. Each has a frame of its own kind.
 void write_fleet(const TestFolder& f) {
   make_folders(f);
   const SE3 frame = at(3.0, -1.0, 0.0, 0.4);
@@ -120,7 +120,7 @@ TEST(Evaluation, says_how_many_poses_and_how_much_of_the_time_it_judged) {
   const auto e = evaluated(f);
   ASSERT_TRUE(e);
   EXPECT_EQ(e->fleet.poses, 101U);
-  EXPECT_NEAR(e->fleet.time_share, 0.5, 1e-3);
+  EXPECT_NEAR(e->fleet.time_fraction, 0.5, 1e-3);
   EXPECT_EQ(e->how(), "alignment se3; truth interpolated, gaps above 0.2 s left out");
 }
 
@@ -132,7 +132,7 @@ TEST(Evaluation, blind_errors_and_nees_come_from_the_tables_of_the_run) {
   f.write("out/trajectory/v1.tum", tum(100, 0.1, 100, [](double t) {
             return t < 1.95 ? on_curve(t) : at(0.3, 0, 0) * on_curve(t);
           }));
-  std::string cov = "stamp_s", blind = "stamp_s,degenerate,degree,dir_x,dir_y,dir_z\n";
+  std::string cov = "stamp_s", degenerate = "stamp_s,degenerate,degree,dir_x,dir_y,dir_z\n";
   for (int r = 0; r < 6; ++r) {
     for (int c = r; c < 6; ++c) cov += fmt::format(",c{}{}", r, c);
   }
@@ -143,27 +143,27 @@ TEST(Evaluation, blind_errors_and_nees_come_from_the_tables_of_the_run) {
       for (int c = r; c < 6; ++c) cov += r != c ? ",0" : (r == 0 ? ",0.09" : ",1e-4");
     }
     cov += '\n';
-    blind += fmt::format("{:.9f},{},,1,0,0\n", 100.0 + 0.1 * i, i >= 50 ? 1 : 0);
+    degenerate += fmt::format("{:.9f},{},,1,0,0\n", 100.0 + 0.1 * i, i >= 50 ? 1 : 0);
   }
   f.write("out/trajectory/v1.cov.csv", cov);
-  f.write("out/degeneracy/v1.csv", blind);
+  f.write("out/degeneracy/v1.csv", degenerate);
   EvaluationOptions options;
   options.align = eval::Alignment::kNone;
   const auto e = evaluated(f, options);
   ASSERT_TRUE(e) << e.error().message();
   const TrackScore& s = e->vehicles[0].trajectory;
-  ASSERT_TRUE(s.blind && s.nees6);
-  EXPECT_EQ(s.blind->along_m.count, 40U);
-  EXPECT_NEAR(s.blind->along_m.mean, 0.3, 1e-5);
-  EXPECT_NEAR(s.blind->across_m.max, 0.0, 1e-4);
+  ASSERT_TRUE(s.degenerate && s.nees6);
+  EXPECT_EQ(s.degenerate->along_m.count, 40U);
+  EXPECT_NEAR(s.degenerate->along_m.mean, 0.3, 1e-5);
+  EXPECT_NEAR(s.degenerate->across_m.max, 0.0, 1e-4);
   EXPECT_EQ(s.nees6->poses, 90U);
   EXPECT_EQ(s.covariances_unusable, 10U);
   EXPECT_NEAR(s.nees6->mean, 70.0 / 90.0, 1e-3);
-  EXPECT_EQ(s.nees6->share_within_95, 1.0);
-  EXPECT_FALSE(e->vehicles[0].rows[10].along_blind_m);
+  EXPECT_EQ(s.nees6->fraction_within_95, 1.0);
+  EXPECT_FALSE(e->vehicles[0].rows[10].along_degenerate_m);
 }
 
-/// A quarter circle that climbs by 0.4 m in the estimate and by nothing in the truth.
+/// A quarter circle that climbs by 0.4 m in the estimate and not at all in the ground truth.
 std::string climbing() {
   return tum(100, 0.1, 101, [](double t) { return at(0, 0, 0.04 * t) * on_curve(t); });
 }

@@ -10,12 +10,12 @@ using eval::Alignment;
 
 namespace {
 
-// Standard deviation across the way as a share of that along it: 0.3 m on 100 m.
+// Standard deviation across the trajectory as a fraction of that along it: 0.3 m on 100 m.
 constexpr double kStraightRatio = 0.003;
-// A vehicle that moves less stands; its heading is not in its positions.
+// A vehicle that moves less is at standstill; its positions do not constrain its heading.
 constexpr double kRest_m = 0.02;
 
-/// Least and middle spread of the true positions [m^2], largest first.
+/// Variances of the true positions along the principal axes [m^2], largest first.
 geometry::Vec3 spread_m2(const eval::PairList& pairs) {
   const double n = static_cast<double>(pairs.size());
   geometry::Vec3 mean = geometry::Vec3::Zero();
@@ -60,16 +60,16 @@ Result<FrameFit> fit_frame(const eval::PairList& pairs, Alignment asked) {
 eval::Gauge frame_gauge(std::span<const StatedPairs> vehicles, Alignment asked) {
   if (asked == Alignment::kNone) return {};
   const eval::PosePair* reference = nullptr;
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   for (const StatedPairs& v : vehicles) {
     if (v.pairs->empty()) continue;
     const eval::PosePair& first = v.pairs->front();
     if (v.is_reference) return eval::gauge_of(first);
     const bool stated = first.est_index < v.covariances->size();
-    const double trace = stated ? (*v.covariances)[first.est_index].trace() : least;
-    if (reference != nullptr && !(trace < least)) continue;
+    const double trace = stated ? (*v.covariances)[first.est_index].trace() : minimum;
+    if (reference != nullptr && !(trace < minimum)) continue;
     reference = &first;
-    least = trace;
+    minimum = trace;
   }
   return reference != nullptr ? eval::gauge_of(*reference) : eval::Gauge{};
 }

@@ -1,4 +1,4 @@
-// What covariances are relative to: the reference of the frame (docs/reference/evaluation.md).
+// The gauge of covariances: the reference of the frame (docs/reference/evaluation.md).
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -57,8 +57,8 @@ std::string covariances(double sigma) {
   return text;
 }
 
-/// v1 stands where the map begins and states 0.01 mm. v2 drives, is 0.2 m beside its truth, and
-/// states 0.1 m: e' P^-1 e = 4.
+/// v1 is at standstill at the map's origin with a stated sigma of 0.01 mm. v2 drives, is 0.2 m
+/// beside its ground truth, and states 0.1 m: e' P^-1 e = 4.
 void write_fleet(const TestFolder& f) {
   for (const char* name : {"out/trajectory", "out/live", "truth"}) {
     std::filesystem::create_directories(f.path(name));
@@ -137,7 +137,7 @@ TEST(GaugeOfRun, without_a_truth_of_the_reference_who_states_least_stands_in) {
 TEST(GaugeOfRun, live_poses_are_judged_in_the_live_map) {
   const TestFolder f;
   write_fleet(f);
-  // The live map lies elsewhere; v2 comes in after 5 s, 0.3 m off, and states 0.1 m.
+  // The live map has another origin; v2 joins after 5 s, 0.3 m off, and states 0.1 m.
   const SE3 T_live_world = at(-7.0, 2.0, 1.1);
   f.write("out/live/v1.tum", tum(0.1, kPoses, [&](double) { return T_live_world * at(5, 5); }));
   f.write("out/live/v1.cov.csv", covariances(1e-5));

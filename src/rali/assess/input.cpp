@@ -17,14 +17,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Names of the `.tum` files of a folder without their ending, in natural order.
+/// Names of the `.tum` files of a folder without extension, in natural order.
 std::vector<std::string> tum_names(const std::string& folder) {
   std::vector<std::string> names;
   std::error_code error;
   fs::directory_iterator it(folder, error);
   for (; !error && it != fs::directory_iterator(); it.increment(error)) {
     const std::string name = it->path().filename().string();
-    // trajectory/<v>.imu.tum holds the same way again, at the rate of the IMU.
+    // trajectory/<v>.imu.tum holds the same trajectory at the rate of the IMU.
     if (name.starts_with('.') || !name.ends_with(".tum") || name.ends_with(".imu.tum")) continue;
     names.push_back(name.substr(0, name.size() - 4));
   }
@@ -37,7 +37,7 @@ bool exists(const std::string& path) {
   return fs::exists(path, ignored);
 }
 
-/// @param levelled  gets what the header says of its frame; nullptr: nobody asks
+/// @param levelled  receives the header's statement about its frame; nullptr: not needed
 Result<eval::PoseList> read_poses(const std::string& path, std::vector<std::string>& warnings,
                                   std::optional<bool>* levelled = nullptr) {
   const Result<io::TumFile> tum = io::read_tum(path);
@@ -68,8 +68,8 @@ Status read_track(const std::string& stem, Track& track, std::vector<std::string
   return {};
 }
 
-/// Whether a file of poses is there and has any: a vehicle that nothing joined, or that did not
-/// live to see which way is up, has no live pose.
+/// Whether a file of poses exists and is not empty. A vehicle has no live pose if it was never
+/// joined, or if its run ended before gravity was estimated.
 bool has_poses(const std::string& path) {
   std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {
@@ -78,7 +78,7 @@ bool has_poses(const std::string& path) {
   return false;
 }
 
-/// @param final_poses  folder of the poses that are judged first
+/// @param final_poses  folder of the poses that are evaluated first
 Status read_vehicle(const std::string& out, const std::string& final_poses, VehicleInput& vehicle,
                     std::vector<std::string>& warnings) {
   const std::string stem = out + '/' + final_poses + '/' + vehicle.name;
@@ -90,16 +90,16 @@ Status read_vehicle(const std::string& out, const std::string& final_poses, Vehi
     if (path == stem || !has_poses(path + ".tum")) continue;
     if (Status s = read_track(path, *track, warnings); !s) return s;
   }
-  const std::string blind = out + "/degeneracy/" + vehicle.name + ".csv";
-  if (!exists(blind)) return {};
-  auto directions = read_blind_directions(blind, vehicle.trajectory.poses);
+  const std::string degenerate = out + "/degeneracy/" + vehicle.name + ".csv";
+  if (!exists(degenerate)) return {};
+  auto directions = read_degenerate_directions(degenerate, vehicle.trajectory.poses);
   if (!directions) return tl::make_unexpected(directions.error());
-  vehicle.blind_map = std::move(*directions);
+  vehicle.degenerate_map = std::move(*directions);
   return {};
 }
 
-/// Groups of metrics.json in its order; vehicles it does not name join the first group, as in runs
-/// of other programs, which know one frame only.
+/// Groups of metrics.json in its order; vehicles missing there join the first group, as in runs
+/// of other programs, which have only one frame.
 std::vector<std::vector<std::size_t>> read_groups(const nlohmann::json& json,
                                                   const std::vector<VehicleInput>& vehicles) {
   std::vector<std::vector<std::size_t>> groups;
@@ -141,7 +141,7 @@ Result<RunInput> read_out_folder(const std::string& path) {
   RunInput run;
   run.name = path;
   run.out_folder = true;
-  // rali run --poses has nothing but live poses.
+  // rali run --poses writes only live poses.
   std::string final_poses = "trajectory";
   std::vector<std::string> names = tum_names(path + "/trajectory");
   if (names.empty()) {

@@ -18,8 +18,8 @@ std::optional<double> track_value(const TrackScore& s, const std::string& name) 
   if (name == "ape_max_m") return s.ape_m.max;
   if (name == "drift_final_m" && s.drift) return s.drift->final_m;
   if (name == "drift_z_m" && s.drift && s.drift->z_m) return std::abs(*s.drift->z_m);
-  // Never blind is the best case, not a missing figure.
-  if (name == "along_degenerate_rmse_m" && s.blind) return s.blind->along_m.rmse;
+  // Never degenerate is the best case, not a missing figure.
+  if (name == "along_degenerate_rmse_m" && s.degenerate) return s.degenerate->along_m.rmse;
   if (name == "nees_mean" && s.nees6) return s.nees6->mean;
   if (const auto distance_m = rpe_distance_of(name)) {
     for (const RpeScore& rpe : s.rpe) {
@@ -31,7 +31,7 @@ std::optional<double> track_value(const TrackScore& s, const std::string& name) 
   return std::nullopt;
 }
 
-/// Drift belongs to one vehicle: the fleet's is that of its worst one.
+/// Drift is defined per vehicle; the fleet's value is that of the worst vehicle.
 std::optional<double> fleet_value(const Evaluation& e, const std::string& name) {
   if (!name.starts_with("drift_")) return track_value(e.fleet, name);
   std::optional<double> worst;

@@ -8,7 +8,7 @@
 
 namespace rali::assess {
 
-/// What `--limit` asks: a figure that must not be exceeded.
+/// One `--limit`: a figure that must not be exceeded.
 struct Limit {
   std::string vehicle;  ///< empty: all vehicles together
   std::string name;

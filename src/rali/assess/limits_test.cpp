@@ -16,7 +16,7 @@ Evaluation two_vehicles() {
     v.trajectory.poses = 10;
     v.trajectory.ape_m.rmse = rmse;
     v.trajectory.drift = eval::Drift{2.0 * rmse, 0.0, 10.0, -rmse};
-    v.trajectory.blind = BlindScore{};
+    v.trajectory.degenerate = DegenerateScore{};
     e.vehicles.push_back(v);
   }
   e.fleet = e.vehicles[0].trajectory;
@@ -89,8 +89,8 @@ TEST(Words, distances_association_and_pose) {
   EXPECT_FALSE(parse_pose("1,2,3,4,5,inf"));
 }
 
-eval::PoseList span(double begin_s, double end_s) {
-  return {{Time::from_s(begin_s), {}}, {Time::from_s(end_s), {}}};
+eval::PoseList span(double start_s, double end_s) {
+  return {{Time::from_s(start_s), {}}, {Time::from_s(end_s), {}}};
 }
 
 std::string cause(const eval::PoseList& est, const eval::PoseList& truth,

@@ -7,7 +7,8 @@
 
 namespace rali::assess {
 
-/// A mesh of a PLY, OBJ or STL file, checked. Errors: kInput with file and line or offset.
+/// Reads and checks a mesh from a PLY, OBJ or STL file. Errors: kInput with file and line or
+/// offset.
 [[nodiscard]] Result<eval::TriangleMesh> read_mesh(const std::string& path);
 
 }  // namespace rali::assess

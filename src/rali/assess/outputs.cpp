@@ -22,7 +22,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-/// Rounded below what evo agreement needs (1e-9), so that the last bit does not show.
+/// Rounded below the tolerance for agreement with evo (1e-9), to hide differences in the last bit.
 Json number(double value) {
   if (!std::isfinite(value)) return nullptr;
   const double rounded = std::round(value * 1e12) / 1e12;
@@ -64,14 +64,14 @@ Json nees_json(const std::optional<NeesScore>& s) {
           {"expected_mean", dof},
           {"median", number(s->median)},
           {"bounds_one_run", {number(bounds.low), number(bounds.high)}},
-          {"fraction_within_95", number(s->share_within_95)}};
+          {"fraction_within_95", number(s->fraction_within_95)}};
 }
 
 Json track_json(const TrackScore& s) {
   Json json;
   json["poses"] = s.poses;
-  json["time_fraction"] = number(s.time_share);
-  json["distance_m"] = number(s.way_m);
+  json["time_fraction"] = number(s.time_fraction);
+  json["distance_m"] = number(s.path_m);
   json["ape_m"] = statistics_json(s.ape_m);
   json["ape_deg"] = statistics_json(s.rotation_rad, 1.0 / kDegree);
   json["ape_alone_rmse_m"] = optional_number(s.alone_rmse_m);
@@ -87,10 +87,10 @@ Json track_json(const TrackScore& s) {
     json["drift_z_m"] = optional_number(s.drift->z_m);
   }
   json["degenerate"] = nullptr;
-  if (s.blind) {
-    json["degenerate"] = {{"distance_fraction", number(s.blind->way_share)},
-                          {"along_m", statistics_json(s.blind->along_m)},
-                          {"across_m", statistics_json(s.blind->across_m)}};
+  if (s.degenerate) {
+    json["degenerate"] = {{"distance_fraction", number(s.degenerate->path_fraction)},
+                          {"along_m", statistics_json(s.degenerate->along_m)},
+                          {"across_m", statistics_json(s.degenerate->across_m)}};
   }
   json["nees_pose"] = nees_json(s.nees6);
   json["nees_position"] = nees_json(s.nees3);
@@ -109,7 +109,7 @@ Json to_mesh_json(const eval::CloudToMesh& c) {
           {"max_m", number(c.within.max)},
           {"cut_m", number(eval::CloudToMeshOptions{}.cut_m)},
           {"beyond_cut", c.beyond},
-          {"fraction_beyond_cut", number(c.share_beyond)},
+          {"fraction_beyond_cut", number(c.fraction_beyond)},
           {"uncut",
            {{"mean_m", number(c.all.mean)},
             {"std_m", number(c.all.std)},
@@ -204,7 +204,7 @@ std::string evaluation_json(const Evaluation& e, const std::vector<Limit>& limit
     json["limits"].push_back({{"limit", limit.text}, {"kept", broken_limits({limit}, e).empty()}});
   }
   json["warnings"] = e.warnings;
-  // Names of files may be any bytes; what is no UTF-8 is replaced rather than thrown over.
+  // File names may hold any bytes; invalid UTF-8 is replaced instead of throwing.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
@@ -215,7 +215,7 @@ std::string errors_csv(const std::vector<PoseRow>& rows) {
     io::CsvRow csv;
     csv.stamp(row.t).fixed(row.ape_m, 6).fixed(row.rot_rad / kDegree, 6);
     for (int axis = 0; axis < 3; ++axis) csv.fixed(row.error_m[axis], 6);
-    csv.fixed(row.along_blind_m.value_or(kUnknown), 6).fixed(row.nees6.value_or(kUnknown), 6);
+    csv.fixed(row.along_degenerate_m.value_or(kUnknown), 6).fixed(row.nees6.value_or(kUnknown), 6);
     text += csv.line() + '\n';
   }
   return text;
@@ -223,8 +223,8 @@ std::string errors_csv(const std::vector<PoseRow>& rows) {
 
 namespace {
 
-/// status.json lists the SHA-256 of all outputs: those written here join the list. Without a
-/// status.json of a run there is nothing to keep.
+/// status.json lists the SHA-256 of all outputs; the files written here are added. Without a run's
+/// status.json nothing is written.
 Status note_in_status(const std::string& folder, const std::vector<std::string>& names) {
   const std::string path = folder + "/status.json";
   std::ifstream in(path);

@@ -86,8 +86,8 @@ Result<std::vector<Mat6>> read_covariances(const std::string& path, const eval::
   return out;
 }
 
-Result<std::vector<Vec3>> read_blind_directions(const std::string& path,
-                                                const eval::PoseList& poses) {
+Result<std::vector<Vec3>> read_degenerate_directions(const std::string& path,
+                                                     const eval::PoseList& poses) {
   Result<io::CsvReader> csv = io::CsvReader::open(path);
   if (!csv) return tl::make_unexpected(csv.error());
   std::array<int, 4> columns{};

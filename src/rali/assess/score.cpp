@@ -10,7 +10,7 @@ using geometry::SE3;
 
 namespace {
 
-/// Judged poses farther apart than this leave the time between them uncovered.
+/// A gap between evaluated poses longer than this counts as uncovered time.
 constexpr double kCoverGap_s = 1.0;
 
 double covered_s(const eval::PairList& pairs) {
@@ -22,10 +22,11 @@ double covered_s(const eval::PairList& pairs) {
   return sum;
 }
 
-double blind_way_m(const eval::PairList& pairs, const std::vector<geometry::Vec3>& blind_map) {
+double degenerate_path_m(const eval::PairList& pairs,
+                         const std::vector<geometry::Vec3>& degenerate_map) {
   double sum = 0.0;
   for (std::size_t i = 1; i < pairs.size(); ++i) {
-    if (blind_map[pairs[i].est_index].isZero()) continue;
+    if (degenerate_map[pairs[i].est_index].isZero()) continue;
     sum += (pairs[i].ref.p - pairs[i - 1].ref.p).norm();
   }
   return sum;
@@ -44,22 +45,23 @@ std::optional<NeesScore> nees_score(const std::vector<PoseRow>& rows, int dof,
   NeesScore score;
   score.dof = dof;
   score.poses = values.size();
-  score.share_within_95 = static_cast<double>(within) / static_cast<double>(values.size());
+  score.fraction_within_95 = static_cast<double>(within) / static_cast<double>(values.size());
   const eval::Statistics s = eval::statistics(std::move(values));
   score.mean = s.mean;
   score.median = s.median;
   return score;
 }
 
-BlindScore blind_score(const Samples& samples) {
+DegenerateScore degenerate_score(const Samples& samples) {
   std::vector<double> along, across;
   for (const PoseRow& row : samples.rows) {
-    if (!row.along_blind_m) continue;
-    along.push_back(*row.along_blind_m);
-    across.push_back(row.across_blind_m);
+    if (!row.along_degenerate_m) continue;
+    along.push_back(*row.along_degenerate_m);
+    across.push_back(row.across_degenerate_m);
   }
-  BlindScore score{eval::statistics(std::move(along)), eval::statistics(std::move(across)), 0.0};
-  if (samples.way_m > 0.0) score.way_share = samples.blind_way_m / samples.way_m;
+  DegenerateScore score{eval::statistics(std::move(along)), eval::statistics(std::move(across)),
+                        0.0};
+  if (samples.path_m > 0.0) score.path_fraction = samples.degenerate_path_m / samples.path_m;
   return score;
 }
 
@@ -73,15 +75,15 @@ void Samples::append(const Samples& other) {
   }
   covariances_unusable += other.covariances_unusable;
   reference_poses += other.reference_poses;
-  has_blind = has_blind || other.has_blind;
-  way_m += other.way_m;
-  blind_way_m += other.blind_way_m;
+  has_degenerate = has_degenerate || other.has_degenerate;
+  path_m += other.path_m;
+  degenerate_path_m += other.degenerate_path_m;
   covered_s += other.covered_s;
   truth_s += other.truth_s;
 }
 
 Samples samples_of(const eval::PairList& pairs, const std::vector<geometry::Mat6>& covariances,
-                   const std::vector<geometry::Vec3>& blind_map, const eval::PoseList& truth,
+                   const std::vector<geometry::Vec3>& degenerate_map, const eval::PoseList& truth,
                    const SampleOptions& options) {
   Samples out;
   const SE3& T = options.T_truth_est;
@@ -106,13 +108,13 @@ Samples samples_of(const eval::PairList& pairs, const std::vector<geometry::Mat6
   for (const double distance_m : options.distances_m) {
     out.rpe.push_back(eval::relative_errors(pairs, {distance_m, options.all_pairs, 0.1, false}));
   }
-  out.has_blind = !blind_map.empty();
-  for (const eval::BlindError& e : eval::blind_errors(pairs, T, blind_map)) {
-    out.rows[e.pair].along_blind_m = e.along_m;
-    out.rows[e.pair].across_blind_m = e.across_m;
+  out.has_degenerate = !degenerate_map.empty();
+  for (const eval::DegenerateError& e : eval::degenerate_errors(pairs, T, degenerate_map)) {
+    out.rows[e.pair].along_degenerate_m = e.along_m;
+    out.rows[e.pair].across_degenerate_m = e.across_m;
   }
-  out.way_m = eval::way_length_m(pairs);
-  if (out.has_blind) out.blind_way_m = blind_way_m(pairs, blind_map);
+  out.path_m = eval::path_length_m(pairs);
+  if (out.has_degenerate) out.degenerate_path_m = degenerate_path_m(pairs, degenerate_map);
   out.covered_s = covered_s(pairs);
   out.truth_s = truth.empty() ? 0.0 : seconds_between(truth.front().t, truth.back().t);
   return out;
@@ -121,9 +123,9 @@ Samples samples_of(const eval::PairList& pairs, const std::vector<geometry::Mat6
 TrackScore score_of(const Samples& samples, const std::vector<double>& distances_m) {
   TrackScore score;
   score.poses = samples.rows.size();
-  score.way_m = samples.way_m;
-  score.time_share = samples.truth_s > 0.0 ? std::min(1.0, samples.covered_s / samples.truth_s)
-                                           : (samples.rows.empty() ? 0.0 : 1.0);
+  score.path_m = samples.path_m;
+  score.time_fraction = samples.truth_s > 0.0 ? std::min(1.0, samples.covered_s / samples.truth_s)
+                                              : (samples.rows.empty() ? 0.0 : 1.0);
   std::vector<double> ape, rotation;
   for (const PoseRow& row : samples.rows) {
     ape.push_back(row.ape_m);
@@ -135,7 +137,7 @@ TrackScore score_of(const Samples& samples, const std::vector<double>& distances
     score.rpe.push_back({distances_m[d], eval::translation_statistics(samples.rpe[d]),
                          eval::rotation_statistics(samples.rpe[d])});
   }
-  if (samples.has_blind) score.blind = blind_score(samples);
+  if (samples.has_degenerate) score.degenerate = degenerate_score(samples);
   score.nees6 = nees_score(samples.rows, 6, &PoseRow::nees6);
   score.nees3 = nees_score(samples.rows, 3, &PoseRow::nees3);
   score.covariances_unusable = samples.covariances_unusable;

@@ -11,62 +11,63 @@
 
 namespace rali::assess {
 
-/// Everything about one judged pose.
+/// Errors of one evaluated pose.
 struct PoseRow {
   Time t;
   double ape_m = 0.0, rot_rad = 0.0;
-  geometry::Vec3 error_m = geometry::Vec3::Zero();  ///< estimate less truth, axes of the truth
-  std::optional<double> along_blind_m;              ///< only while blind
-  double across_blind_m = 0.0;                      ///< only while blind
+  geometry::Vec3 error_m = geometry::Vec3::Zero();  ///< estimate minus ground truth, in the
+                                                    ///< latter's axes
+  std::optional<double> along_degenerate_m;         ///< only while degenerate
+  double across_degenerate_m = 0.0;                 ///< only while degenerate
   std::optional<double> nees6, nees3;
 };
 
-/// The judged poses of one vehicle, or of several after one another.
+/// The evaluated poses of one vehicle, or of several appended.
 struct Samples {
   std::vector<PoseRow> rows;
-  std::vector<std::vector<eval::PoseError>> rpe;  ///< per distance asked for
+  std::vector<std::vector<eval::PoseError>> rpe;  ///< per requested distance
   std::size_t covariances_unusable = 0;
-  std::size_t reference_poses = 0;  ///< without NEES: they hold the gauge
-  bool has_blind = false;           ///< it is known where it was blind
-  double way_m = 0.0;               ///< along the truth
-  double blind_way_m = 0.0;         ///< of it blind
-  double covered_s = 0.0;           ///< time between judged poses, gaps left out
-  double truth_s = 0.0;             ///< length of the truth
+  std::size_t reference_poses = 0;  ///< without NEES: they fix the gauge
+  bool has_degenerate = false;      ///< degenerate poses are known
+  double path_m = 0.0;              ///< along the ground truth
+  double degenerate_path_m = 0.0;   ///< degenerate part of it
+  double covered_s = 0.0;           ///< time between evaluated poses, gaps left out
+  double truth_s = 0.0;             ///< duration of the ground truth
 
   void append(const Samples& other);
 };
 
-/// NEES along one run.
+/// NEES of one run.
 struct NeesScore {
   int dof = 6;
   std::size_t poses = 0;
   double mean = 0.0;  ///< expectation: dof
   double median = 0.0;
-  double share_within_95 = 0.0;  ///< expectation: 0.95
+  double fraction_within_95 = 0.0;  ///< expectation: 0.95
 };
 
 struct RpeScore {
   double distance_m = 0.0;
-  eval::Statistics translation_m, rotation_rad;  ///< count 0: the way is too short
+  eval::Statistics translation_m, rotation_rad;  ///< count 0: the trajectory is too short
 };
 
-struct BlindScore {
-  eval::Statistics along_m, across_m;  ///< count 0: never blind
-  double way_share = 0.0;              ///< of the way that was blind
+struct DegenerateScore {
+  eval::Statistics along_m, across_m;  ///< count 0: never degenerate
+  double path_fraction = 0.0;          ///< degenerate fraction of the distance
 };
 
 /// One column of the table.
 struct TrackScore {
   std::size_t poses = 0;
-  double time_share = 0.0;  ///< of the truth's time
-  double way_m = 0.0;
+  double time_fraction = 0.0;  ///< of the ground truth's duration
+  double path_m = 0.0;
   eval::Statistics ape_m, rotation_rad;
   std::vector<RpeScore> rpe;
-  std::optional<BlindScore> blind;        ///< nothing without degeneracy/<v>.csv
-  std::optional<NeesScore> nees6, nees3;  ///< nothing without usable covariances
+  std::optional<DegenerateScore> degenerate;  ///< nothing without degeneracy/<v>.csv
+  std::optional<NeesScore> nees6, nees3;      ///< nothing without usable covariances
   std::size_t covariances_unusable = 0;
-  std::size_t reference_poses = 0;     ///< without NEES: they hold the gauge
-  std::optional<double> alone_rmse_m;  ///< APE with an alignment of its own
+  std::size_t reference_poses = 0;     ///< without NEES: they fix the gauge
+  std::optional<double> alone_rmse_m;  ///< APE with its own alignment
   std::optional<eval::Drift> drift;    ///< of one vehicle
 };
 
@@ -83,7 +84,7 @@ struct SampleOptions {
 
 [[nodiscard]] Samples samples_of(const eval::PairList& pairs,
                                  const std::vector<geometry::Mat6>& covariances,
-                                 const std::vector<geometry::Vec3>& blind_map,
+                                 const std::vector<geometry::Vec3>& degenerate_map,
                                  const eval::PoseList& truth, const SampleOptions& options);
 
 }  // namespace rali::assess

@@ -8,9 +8,9 @@ namespace rali::assess {
 namespace {
 
 struct Span {
-  double begin_s, end_s;
+  double start_s, end_s;
 
-  [[nodiscard]] double length_s() const { return end_s - begin_s; }
+  [[nodiscard]] double length_s() const { return end_s - start_s; }
 };
 
 Span span_of(const eval::PoseList& poses) { return {poses.front().t.s(), poses.back().t.s()}; }
@@ -19,7 +19,8 @@ bool near_factor(double value, double factor) {
   return value > 0.5 * factor && value < 2.0 * factor;
 }
 
-/// One of the two counts in thousandths (millionths, ...) of seconds: its span is that much longer.
+/// One of the two trajectories counts in thousandths (millionths, ...) of seconds: its span is
+/// longer by that factor.
 std::string unit_cause(const Span& est, const Span& ref) {
   const bool est_longer = est.length_s() > ref.length_s();
   const double shorter_s = est_longer ? ref.length_s() : est.length_s();
@@ -41,16 +42,16 @@ std::string unit_cause(const Span& est, const Span& ref) {
 /// Clocks that differ by a known amount.
 std::string shift_cause(const Span& est, const Span& ref) {
   constexpr double kUnix_s = 5e8, kDay_s = 86400.0;
-  const double shift_s = ref.begin_s - est.begin_s;
+  const double shift_s = ref.start_s - est.start_s;
   const double size_s = std::abs(shift_s);
-  if ((est.begin_s < kUnix_s) != (ref.begin_s < kUnix_s)) {
+  if ((est.start_s < kUnix_s) != (ref.start_s < kUnix_s)) {
     return fmt::format(
         "{} stamps count from a start of their own, the other's from 1970: "
         "one clock must be taken over to the other",
-        est.begin_s < kUnix_s ? "the estimate's" : "the truth's");
+        est.start_s < kUnix_s ? "the estimate's" : "the truth's");
   }
   const double hours = std::round(size_s / 3600.0);
-  // Whole hours up to a time zone's 14, and starts that need not be the same second.
+  // Whole hours up to 14 (the largest time zone); the starts may differ by some seconds.
   if (hours >= 1.0 && hours <= 14.0 && std::abs(size_s - 3600.0 * hours) < 300.0) {
     return fmt::format("the clocks differ by about {:.0f} h: a time zone", hours);
   }
@@ -72,7 +73,7 @@ Error no_common_time(const eval::PoseList& est, const std::string& est_file,
   const Span r = span_of(truth);
   std::string cause;
   std::string remedy = "Bring both to one clock.";
-  if (e.begin_s <= r.end_s && r.begin_s <= e.end_s) {
+  if (e.start_s <= r.end_s && r.start_s <= e.end_s) {
     const bool nearest = options.mode == eval::AssociationMode::kNearest;
     cause = nearest
                 ? fmt::format("the spans overlap, but no stamps are within {} s", options.max_dt_s)
@@ -85,8 +86,8 @@ Error no_common_time(const eval::PoseList& est, const std::string& est_file,
   }
   return {ErrorCode::kInput,
           fmt::format("no pose has a truth at its time: {} .. {} s against {} .. {} s of {}; {}",
-                      fmt::format("{:.3f}", e.begin_s), fmt::format("{:.3f}", e.end_s),
-                      fmt::format("{:.3f}", r.begin_s), fmt::format("{:.3f}", r.end_s), truth_file,
+                      fmt::format("{:.3f}", e.start_s), fmt::format("{:.3f}", e.end_s),
+                      fmt::format("{:.3f}", r.start_s), fmt::format("{:.3f}", r.end_s), truth_file,
                       cause),
           est_file, remedy};
 }

@@ -6,8 +6,8 @@
 
 namespace rali::assess {
 
-/// The error (kInput) for two trajectories that have no time in common: both spans and the likely
-/// cause, e.g. nanoseconds for seconds, a clock counting from the start of the machine, a time
+/// The error (kInput) for two trajectories without common times: both spans and the likely
+/// cause, e.g. nanoseconds for seconds, a clock that starts at boot, a time
 /// zone, another day.
 [[nodiscard]] Error no_common_time(const eval::PoseList& est, const std::string& est_file,
                                    const eval::PoseList& truth, const std::string& truth_file,

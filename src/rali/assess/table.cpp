@@ -23,10 +23,10 @@ struct Column {
 struct Row {
   std::string label;
   std::function<std::string(const TrackScore&)> text;
-  bool always = false;  ///< also where it is known of no vehicle
+  bool always = false;  ///< also if no vehicle has a value
 };
 
-/// Enough digits to compare, no more: 0.0123, 1.23, 12.3.
+/// Enough digits for comparison: 0.0123, 1.23, 12.3.
 std::string metres(double v) {
   const double size = std::abs(v);
   return size < 1.0 ? fmt::format("{:.4f}", v)
@@ -35,7 +35,7 @@ std::string metres(double v) {
 
 std::string degrees(double rad) { return fmt::format("{:.3f}", rad / kDegree); }
 
-std::string percent(double share) { return fmt::format("{:.1f}", 100.0 * share); }
+std::string percent(double fraction) { return fmt::format("{:.1f}", 100.0 * fraction); }
 
 using Statistic = double eval::Statistics::*;
 
@@ -62,8 +62,8 @@ void add_drift(std::vector<Row>& rows) {
                     return s.drift ? metres(s.drift->final_m) : std::string(kNotKnown);
                   }});
   rows.push_back({"  per cent of the distance", [](const TrackScore& s) {
-                    if (!s.drift || !(s.drift->way_m > 0.0)) return std::string(kNotKnown);
-                    return fmt::format("{:.2f}", 100.0 * s.drift->final_m / s.drift->way_m);
+                    if (!s.drift || !(s.drift->path_m > 0.0)) return std::string(kNotKnown);
+                    return fmt::format("{:.2f}", 100.0 * s.drift->final_m / s.drift->path_m);
                   }});
   rows.push_back({"  in height [m]",
                   [](const TrackScore& s) {
@@ -73,18 +73,22 @@ void add_drift(std::vector<Row>& rows) {
                   true});
 }
 
-void add_blind(std::vector<Row>& rows) {
-  const auto blind = [](const TrackScore& s, auto text) {
-    return s.blind && s.blind->along_m.count > 0 ? text(*s.blind) : std::string(kNotKnown);
+void add_degenerate(std::vector<Row>& rows) {
+  const auto degenerate = [](const TrackScore& s, auto text) {
+    return s.degenerate && s.degenerate->along_m.count > 0 ? text(*s.degenerate)
+                                                           : std::string(kNotKnown);
   };
   rows.push_back({"degenerate, fraction of the distance [%]", [](const TrackScore& s) {
-                    return s.blind ? percent(s.blind->way_share) : std::string(kNotKnown);
+                    return s.degenerate ? percent(s.degenerate->path_fraction)
+                                        : std::string(kNotKnown);
                   }});
-  rows.push_back({"  error along it, rmse [m]", [blind](const TrackScore& s) {
-                    return blind(s, [](const BlindScore& b) { return metres(b.along_m.rmse); });
+  rows.push_back({"  error along it, rmse [m]", [degenerate](const TrackScore& s) {
+                    return degenerate(
+                        s, [](const DegenerateScore& b) { return metres(b.along_m.rmse); });
                   }});
-  rows.push_back({"  error across, rmse [m]", [blind](const TrackScore& s) {
-                    return blind(s, [](const BlindScore& b) { return metres(b.across_m.rmse); });
+  rows.push_back({"  error across, rmse [m]", [degenerate](const TrackScore& s) {
+                    return degenerate(
+                        s, [](const DegenerateScore& b) { return metres(b.across_m.rmse); });
                   }});
 }
 
@@ -96,7 +100,7 @@ void add_nees(std::vector<Row>& rows) {
                     return s.nees3 ? fmt::format("{:.2f}", s.nees3->mean) : std::string(kNotKnown);
                   }});
   rows.push_back({"  within 95 % [%] (95)", [](const TrackScore& s) {
-                    return s.nees6 ? percent(s.nees6->share_within_95) : std::string(kNotKnown);
+                    return s.nees6 ? percent(s.nees6->fraction_within_95) : std::string(kNotKnown);
                   }});
 }
 
@@ -104,9 +108,9 @@ std::vector<Row> rows_of(const EvaluationOptions& options, bool alone) {
   std::vector<Row> rows;
   rows.push_back({"poses judged", [](const TrackScore& s) { return fmt::format("{}", s.poses); }});
   rows.push_back(
-      {"of the truth's time [%]", [](const TrackScore& s) { return percent(s.time_share); }});
+      {"of the truth's time [%]", [](const TrackScore& s) { return percent(s.time_fraction); }});
   rows.push_back(
-      {"distance [m]", [](const TrackScore& s) { return fmt::format("{:.1f}", s.way_m); }});
+      {"distance [m]", [](const TrackScore& s) { return fmt::format("{:.1f}", s.path_m); }});
   rows.push_back(ape("APE, rmse [m]", &eval::Statistics::rmse));
   rows.push_back(ape("     mean [m]", &eval::Statistics::mean));
   rows.push_back(ape("     median [m]", &eval::Statistics::median));
@@ -120,12 +124,12 @@ std::vector<Row> rows_of(const EvaluationOptions& options, bool alone) {
   }
   add_rpe(options.distances_m, rows);
   add_drift(rows);
-  add_blind(rows);
+  add_degenerate(rows);
   add_nees(rows);
   return rows;
 }
 
-/// Rows that hold no figure of any vehicle are left out, unless their absence is a result.
+/// Rows without a figure for any vehicle are omitted, unless the absence is a result.
 std::string block(const std::string& title, const std::vector<Column>& columns,
                   const std::vector<Row>& rows) {
   std::string text = fmt::format("{:<30}", title);
@@ -171,7 +175,7 @@ bool same_figures(const TrackScore& a, const TrackScore& b) {
   return true;
 }
 
-/// Nothing has corrected the odometry: its figures are those of the trajectory.
+/// Whether nothing has corrected the odometry: its figures then equal those of the trajectory.
 bool odometry_is_final(const Evaluation& e) {
   return std::all_of(e.vehicles.begin(), e.vehicles.end(), [](const VehicleScore& v) {
     return !v.odometry || same_figures(v.trajectory, *v.odometry);
@@ -184,7 +188,7 @@ std::string mesh_lines(const char* title, const eval::CloudToMesh& c) {
       "{:<30}{} of {} points beyond 1 m left out ({:.2f} %)\n"
       "{:<30}{:.1f} % of the mesh has a point within 0.1 m\n",
       title, metres(c.within.mean), metres(c.within.std), metres(c.p95_m), metres(c.within.max), "",
-      c.beyond, c.all.count, 100.0 * c.share_beyond, "  completeness", 100.0 * c.completeness);
+      c.beyond, c.all.count, 100.0 * c.fraction_beyond, "  completeness", 100.0 * c.completeness);
 }
 
 std::string cloud_text(const CloudScore& c, const std::string& mesh) {

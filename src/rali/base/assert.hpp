@@ -2,13 +2,13 @@
 
 namespace rali {
 
-/// Thrown by RALI_ASSERT: our own mistake, never the user's. Only the program's outermost edge
+/// Thrown by RALI_ASSERT: a bug in the program, never a user's mistake. Only main's error handler
 /// catches it (exit code 5).
 [[noreturn]] void assertion_failed(const char* expression, const char* file, int line);
 
 }  // namespace rali
 
-/// Checked in every build. For our own mistakes; bad input is a Result.
+/// Checked in every build. For programming errors only; bad input is a Result.
 #define RALI_ASSERT(expression) \
   ((expression) ? static_cast<void>(0) : ::rali::assertion_failed(#expression, __FILE__, __LINE__))
 

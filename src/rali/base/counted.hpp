@@ -6,7 +6,7 @@
 
 namespace rali {
 
-/// "1 sweep", "2 sweeps", "0 sweeps": a number with its word, for words whose plural ends in s.
+/// "1 scan", "2 scans", "0 scans": a number with its noun, for nouns whose plural ends in s.
 [[nodiscard]] inline std::string counted(std::integral auto n, std::string_view word) {
   std::string text = std::to_string(n) + ' ';
   text += word;

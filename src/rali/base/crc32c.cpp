@@ -8,7 +8,7 @@ namespace rali {
 
 namespace {
 
-/// Table k is for a byte that k others follow: eight bytes at once, so that a log of gigabytes is
+/// Table k is for a byte followed by k others: eight bytes at once, so that a log of gigabytes is
 /// checked about as fast as it is read (Kounavis, Berry 2008: slicing by 8).
 using Tables = std::array<std::array<std::uint32_t, 256>, 8>;
 

@@ -5,9 +5,8 @@
 
 namespace rali {
 
-/// Runs a loop in blocks. The blocks are the same whatever the number of threads; whoever sums
-/// keeps one partial result per block and adds them in block order, so results do not depend on
-/// scheduling.
+/// Runs a loop in blocks that do not depend on the number of threads. Callers that sum keep one
+/// partial result per block and add them in block order, so results do not depend on scheduling.
 class Executor {
  public:
   virtual ~Executor() = default;

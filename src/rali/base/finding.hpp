@@ -9,12 +9,12 @@ namespace rali {
 
 enum class Severity { kInfo, kWarning, kError };
 
-/// Something the user should know, emitted as a value by rooms that must not log.
+/// Something the user should know, returned as a value by modules that must not log.
 struct Finding {
   std::string id;  ///< stable, e.g. "D08" of the doctor or "odometry.diverged"
   Severity severity = Severity::kWarning;
   Time t;               ///< data time, 0 if it concerns the whole recording
-  Time t_end;           ///< where the stretch that begins at t ends; 0: it concerns t alone
+  Time t_end;           ///< end of the period that starts at t; 0: it concerns t alone
   std::string vehicle;  ///< empty if there is only one
   std::string topic;    ///< empty if no topic is concerned
   std::string text;     ///< one sentence: what was found, with its numbers and units

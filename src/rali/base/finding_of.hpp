@@ -7,7 +7,7 @@
 
 namespace rali {
 
-/// A Finding that concerns no stretch of time and measures nothing.
+/// A Finding without a period of time and without a measured value.
 [[nodiscard]] inline Finding finding_of(std::string id, Severity severity, std::string text,
                                         std::string effect, std::string remedy = {}) {
   Finding finding;

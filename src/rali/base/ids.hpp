@@ -5,13 +5,13 @@
 
 namespace rali {
 
-/// Number of a vehicle within its fleet; its name is in the settings.
+/// Number of a vehicle within its fleet; the settings contain its name.
 struct VehicleId {
   std::uint16_t value = 0;
   constexpr auto operator<=>(const VehicleId&) const = default;
 };
 
-/// A keyframe: the vehicle that made it and its running number there, from 0.
+/// A keyframe: its vehicle and its running number there, from 0.
 struct KeyframeId {
   VehicleId vehicle;
   std::uint32_t seq = 0;

@@ -4,7 +4,7 @@
 
 namespace rali {
 
-/// An assertion that did not hold; carries expression, file and line.
+/// A failed assertion; carries expression, file and line.
 class InternalError : public std::logic_error {
  public:
   using std::logic_error::logic_error;

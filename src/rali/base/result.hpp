@@ -1,14 +1,15 @@
 #pragma once
 
 #include <string>
+
 #include <tl/expected.hpp>
 
 namespace rali {
 
-/// What kind of thing went wrong; the command line turns it into an exit code.
+/// Kind of error; the command line maps it to an exit code.
 enum class ErrorCode {
   kUsage,       ///< wrong arguments or settings
-  kInput,       ///< unreadable, damaged or unfit input
+  kInput,       ///< unreadable, damaged or unsuitable input
   kNoAnswer,    ///< nothing wrong, but the question has no answer here
   kMachine,     ///< disk full, no permission, no memory
   kInterrupted  ///< stopped by the user

@@ -10,7 +10,7 @@
 namespace rali {
 namespace {
 
-// Golden values come from an independent program of the published algorithms.
+// Golden values from an independent program of the published algorithms.
 TEST(Rng, gives_the_published_sequence_for_seed_zero) {
   Rng rng(0);
   const std::array<std::uint64_t, 4> golden{0x53175d61490b23dfULL, 0x61da6f3dc380d507ULL,
@@ -96,7 +96,7 @@ TEST(Rng, below_is_even_and_stays_below) {
   for (const int n : counts) chi2 += (n - 2000.0) * (n - 2000.0) / 2000.0;
   EXPECT_LT(chi2, 22.5);  // 0.1 % of 6 degrees of freedom
   EXPECT_EQ(rng.below(1), 0U);
-  // More than half of the numbers are refused here; it must still end.
+  // More than half of the numbers are rejected here; it must still terminate.
   EXPECT_LT(rng.below((1ULL << 63) + 1), (1ULL << 63) + 1);
 }
 

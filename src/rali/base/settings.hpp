@@ -5,7 +5,7 @@
 
 namespace rali {
 
-/// How a room declares its settings. Each settings struct has
+/// How a module declares its settings. Each settings struct has
 ///
 ///   template <class V> void visit(V& v) {
 ///     v("window_s", window_s, 0.1, 10.0, "length of the line fitted to past ranges");   // number
@@ -17,7 +17,7 @@ namespace rali {
 ///   }
 ///
 /// One list of fields gives loading, unknown-key and range errors, help, the manual, the dump
-/// settings.yaml and the hash. Visitors are in room `config`. Numbers are double, int or
+/// settings.yaml and the hash. Visitors are in module `config`. Numbers are double, int or
 /// std::size_t; an enumeration is listed as an array of names in the order of its values.
 template <std::size_t N>
 using ChoiceNames = std::array<std::string_view, N>;

@@ -4,8 +4,9 @@
 
 namespace rali {
 
-/// Asked now and then by long work: raised, nobody wants its result any more, and it ends soon with
-/// whatever it has. By default it is never raised. The flag itself must outlive the work.
+/// Polled by long computations. Once raised, the result is no longer needed and the computation
+/// ends soon with what it has. By default it is never raised. The flag must outlive the
+/// computation.
 class StopFlag {
  public:
   StopFlag() = default;

@@ -11,7 +11,7 @@
 
 namespace rali {
 
-/// For tests: an own empty folder that goes away with the object.
+/// For tests: an empty folder that is deleted with the object.
 class TestFolder {
  public:
   TestFolder() {

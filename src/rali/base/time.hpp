@@ -13,7 +13,7 @@ struct Duration {
 
   [[nodiscard]] static constexpr Duration from_ns(std::int64_t value) { return {value}; }
 
-  /// Seconds to nanoseconds, rounded; not-a-number gives 0, what is too large is clamped.
+  /// Seconds to nanoseconds, rounded; not-a-number gives 0, values out of range are clamped.
   [[nodiscard]] static Duration from_s(double value_s) {
     constexpr double kLimit = 9.2e18;
     const double value = value_s * 1e9;

@@ -23,14 +23,15 @@ int report(const Error& error, Session& session) {
   return exit_code_of(error, stop_signal());
 }
 
-/// A fault after the run itself (evaluation, report) must not leave a status of complete.
+/// An internal error after the run itself (evaluation, report) must not leave the status
+/// "complete".
 void mark_run(const std::string& what, const Session& session) {
   if (!session.written_run.empty()) {
     drive::mark_failed(session.written_run, "internal fault: " + what);
   }
 }
 
-/// run.log is asked for only where there is one.
+/// The report asks for run.log only if there is one.
 void report_fault(const std::string& what, Session& session) {
   mark_run(what, session);
   std::error_code error;

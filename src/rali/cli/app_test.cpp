@@ -294,7 +294,7 @@ TEST(Completion, of_bash_is_accepted_by_bash) {
   EXPECT_EQ(code, 0);
 }
 
-/// Nothing where zsh is not installed: the other shells are tested everywhere.
+/// Skipped without zsh: the other shells are tested everywhere.
 TEST(Completion, of_zsh_is_accepted_by_zsh_and_ends_with_what_it_completes) {
   if (std::system("command -v zsh > /dev/null") != 0) GTEST_SKIP() << "zsh is not installed";
   const io::TestFolder folder;

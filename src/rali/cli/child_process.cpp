@@ -36,7 +36,8 @@ Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& words,
   posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
                                    0644);
   posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
-  // A group of its own: Ctrl-C reaches the parent alone, which then ends the children in order.
+  // A separate process group: Ctrl-C reaches only the parent, which then ends the children in
+  // order.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);

@@ -10,12 +10,12 @@
 
 namespace rali::cli {
 
-/// This program again, as another process, which does not outlive the object: it is asked to end,
-/// and killed if it does not.
+/// This program as a child process that does not outlive the object: it is asked to end, and killed
+/// if it does not.
 class ChildProcess {
  public:
   /// @param words as on the command line, without the name of the program
-  /// @param log   file that gets all it prints
+  /// @param log   file that receives all its output
   /// Errors: kMachine.
   [[nodiscard]] static Result<ChildProcess> start(const std::vector<std::string>& words,
                                                   const std::string& log);
@@ -29,7 +29,7 @@ class ChildProcess {
   /// Exit code once it has ended; 128 + n if signal n ended it.
   [[nodiscard]] std::optional<int> ended();
 
-  /// SIGINT: what it was doing is finished.
+  /// Sends SIGINT, so that it finishes its current work.
   void ask_to_end() const;
 
   /// Waits until it has ended; kills it after `seconds`. @return as ended()

@@ -6,7 +6,7 @@
 namespace rali::cli {
 namespace {
 
-// In a test /proc/self/exe is the test program: it is asked for what gtest understands.
+// In a test /proc/self/exe is the test program, so gtest's own options are used.
 
 std::string log_file(const char* name) { return testing::TempDir() + name; }
 

@@ -24,14 +24,14 @@ namespace {
 
 constexpr std::string_view kLinkKeys = "link.", kComputerKeys = "sim.", kSettingsKeys = "settings.";
 
-/// Without the line that begins so: it names a file that is still to be written.
+/// The text without the line that begins with `begin`: it names a file that is written later.
 std::string without_line(std::string text, std::string_view begin) {
   const std::size_t at = text.find("\n" + std::string(begin));
   if (at == std::string::npos) return text;
   return text.erase(at + 1, text.find('\n', at + 1) - at);
 }
 
-/// Those of the radio and the computers into `fleet`, the others into `overrides`.
+/// Assigns keys of radio and computers to `fleet`, the others to `overrides`.
 Status assign(const std::vector<std::string>& assignments, drive::FleetNodesSetup& fleet,
               config::Overrides& overrides) {
   config::FieldList fields;
@@ -51,7 +51,7 @@ Status assign(const std::vector<std::string>& assignments, drive::FleetNodesSetu
   return {};
 }
 
-/// What the software knows: as `rali map` would from the recording's fleet.yaml.
+/// The software's configuration, the same as `rali map` would get from the recording's fleet.yaml.
 Result<drive::ClosedLoopSetup> setup_of(const sim::FleetSimulation& sim,
                                         const scenario::RecordingOptions& options,
                                         const std::vector<std::string>& names,
@@ -78,7 +78,7 @@ Result<drive::ClosedLoopSetup> setup_of(const sim::FleetSimulation& sim,
   return setup;
 }
 
-/// Shows where the mission is.
+/// Shows the progress of the mission.
 class MissionView {
  public:
   MissionView(Session& session, const sim::FleetSimulation& sim,
@@ -89,20 +89,20 @@ class MissionView {
   }
 
   void show(Time now) {
-    progress_.share = std::min(1.0, seconds_between(sim_.t_begin(), now) / limit_s_);
+    progress_.fraction = std::min(1.0, seconds_between(sim_.t_start(), now) / limit_s_);
     progress_.path_m = 0.0;
-    for (int v = 0; v < sim_.vehicles(); ++v) progress_.path_m += sim_.way_m(v);
+    for (int v = 0; v < sim_.vehicles(); ++v) progress_.path_m += sim_.path_m(v);
     view_.progress(progress_);
-    tell_rounds(now);
+    report_rounds(now);
   }
 
  private:
-  void tell_rounds(Time now) {
+  void report_rounds(Time now) {
     const std::vector<fleet::RoundRow> rounds = fleet_.log().rounds;
-    if (rounds.size() <= told_) return;
-    told_ = rounds.size();
+    if (rounds.size() <= reported_) return;
+    reported_ = rounds.size();
     session_.detail(fmt::format("{:.0f} s: round {}, anchor v{}",
-                                seconds_between(sim_.t_begin(), now), told_,
+                                seconds_between(sim_.t_start(), now), reported_,
                                 rounds.back().anchor.value + 1));
   }
 
@@ -112,11 +112,11 @@ class MissionView {
   const drive::ClosedLoopFleet& fleet_;
   double limit_s_;
   drive::Progress progress_;
-  std::size_t told_ = 0;
+  std::size_t reported_ = 0;
 };
 
-/// How long steps and jobs took: the former are to be short, JobCost is fitted to the latter.
-void tell_times(const drive::FleetNodes& nodes, Session& session) {
+/// Reports the durations of steps and jobs: steps must be short, and JobCost is fitted to the jobs.
+void report_times(const drive::FleetNodes& nodes, Session& session) {
   for (const std::string& line : nodes.step_times().lines()) session.detail("steps by " + line);
   for (const drive::SimulatedJobs::Spent& job : nodes.jobs().spent()) {
     session.detail(fmt::format(
@@ -136,7 +136,7 @@ Result<ClosedLoopRun> run_closed_loop_job(sim::FleetSimulation& sim,
   const std::vector<std::string> names = scenario::vehicle_names(sim.vehicles());
   const Result<drive::ClosedLoopSetup> setup = setup_of(sim, options, names, assignments);
   if (!setup) return tl::make_unexpected(setup.error());
-  drive::ClosedLoopFleet fleet(*setup, sim.t_begin(), executor);
+  drive::ClosedLoopFleet fleet(*setup, sim.t_start(), executor);
   MissionView view(session, sim, fleet, time_limit_s);
   auto recording = record_mission(sim, options, fleet, time_limit_s, [&](Time now) {
     view.show(now);
@@ -144,14 +144,14 @@ Result<ClosedLoopRun> run_closed_loop_job(sim::FleetSimulation& sim,
   });
   if (!recording) return tl::make_unexpected(recording.error());
   ClosedLoopRun run{std::move(*recording), fleet.log()};
-  tell_times(fleet.nodes(), session);
+  report_times(fleet.nodes(), session);
   if (Status s = drive::write_rounds_table(options.folder, names, run.mission.rounds,
                                            run.mission.frontiers);
       !s) {
     return tl::make_unexpected(s.error());
   }
-  if (Status s = drive::write_traffic_table(options.folder, names, run.mission.said,
-                                            (sim.t_end() - sim.t_begin()).s());
+  if (Status s = drive::write_traffic_table(options.folder, names, run.mission.reported,
+                                            (sim.t_end() - sim.t_start()).s());
       !s) {
     return tl::make_unexpected(s.error());
   }
@@ -177,7 +177,7 @@ Result<std::vector<std::string>> check_mission_settings(
 
 namespace {
 
-/// The reasons of the frontiers that are left, each with how many it holds for.
+/// The reasons of the remaining frontiers, each with its count.
 std::string reasons_text(const std::vector<const fleet::FrontierRow*>& left) {
   std::map<std::string, std::size_t> counts;
   for (const fleet::FrontierRow* f : left) ++counts[f->reason];
@@ -207,10 +207,11 @@ std::string mission_text(const drive::MissionLog& mission, double duration_s) {
                         left.size(), left.size() == 1 ? " is" : "s are");
     text += reasons_text(left);
   }
-  std::uint64_t most = 0;
-  for (const fleet::TrafficCount& said : mission.said) most = std::max(most, said.total().bytes);
+  std::uint64_t maximum = 0;
+  for (const fleet::TrafficCount& reported : mission.reported)
+    maximum = std::max(maximum, reported.total().bytes);
   text += fmt::format("by radio: at most {:.2f} MB per minute and vehicle (traffic.csv)\n",
-                      drive::mb_per_min(most, duration_s));
+                      drive::mb_per_min(maximum, duration_s));
   return text;
 }
 

@@ -10,15 +10,15 @@
 
 namespace rali::cli {
 
-/// What came of a mission that the fleet drove itself.
+/// Result of a mission driven by the fleet's own software.
 struct ClosedLoopRun {
   scenario::RecordingSummary recording;
   drive::MissionLog mission;
 };
 
 /// Lets the fleet's software drive a simulation, records it as write_recording() does, and writes
-/// rounds.csv, frontiers.csv and traffic.csv beside it. The software knows what fleet.yaml tells.
-/// @param assignments KEY=VALUE of what is_mission_key() names, for the software and its radio
+/// rounds.csv, frontiers.csv and traffic.csv next to it. The software is configured by fleet.yaml.
+/// @param assignments KEY=VALUE for keys of is_mission_key(), for the software and its radio
 /// @param time_limit_s of the mission
 /// Errors: those of write_recording(), run_closed_loop().
 [[nodiscard]] Result<ClosedLoopRun> run_closed_loop_job(sim::FleetSimulation& sim,
@@ -27,12 +27,12 @@ struct ClosedLoopRun {
                                                         double time_limit_s, Executor& executor,
                                                         Session& session);
 
-/// `settings.` of fleet.yaml, `link.` of the radio that brings the software's messages, or `sim.`
-/// of the computers that it runs on.
+/// True for keys of fleet.yaml's `settings.`, of the radio link (`link.`), and of the simulated
+/// onboard computers (`sim.`).
 [[nodiscard]] bool is_mission_key(std::string_view assignment);
 
-/// Whether such assignments can be obeyed, before anything is simulated or written: the notices
-/// about keys with an old name. Errors (kUsage): unknown key, value not allowed.
+/// Checks such assignments before anything is simulated or written. Returns the notices about keys
+/// with old names. Errors (kUsage): unknown key, value not allowed.
 [[nodiscard]] Result<std::vector<std::string>> check_mission_settings(
     const std::vector<std::string>& assignments);
 

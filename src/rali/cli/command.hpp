@@ -14,7 +14,7 @@ namespace rali::cli {
 /// The exit code of an error; `kInterrupted` is the signal's own code.
 [[nodiscard]] int exit_code_of(const Error& error, int signal_number);
 
-/// Where an option's value goes. bool: a flag; vectors: repeatable.
+/// Target of an option's value. bool: a flag; vectors: repeatable.
 using OptionTarget = std::variant<bool*, int*, double*, std::string*, std::vector<std::string>*>;
 
 /// One option of a command. Parsing, help, docs/reference/cli.md and completion are made from it.
@@ -27,7 +27,7 @@ struct Option {
   std::vector<std::string> choices;  ///< the only words allowed; empty: any
 };
 
-/// What stands on the command line without a name.
+/// A positional argument.
 struct Positional {
   std::string name;  ///< "INPUT"
   std::string help;
@@ -37,7 +37,7 @@ struct Positional {
   std::vector<std::string> choices;
 };
 
-/// One command of `rali`. Made afresh for each call; options point into it.
+/// One command of `rali`. Created for each call; options point into it.
 class Command {
  public:
   virtual ~Command() = default;

@@ -11,7 +11,7 @@
 namespace rali::cli {
 namespace {
 
-/// Every word that may follow `rali CMD`, long options first.
+/// All completions after `rali CMD`, long options first.
 std::string completion_words(Command& command) {
   CommonOptions common;
   std::string words;
@@ -31,7 +31,7 @@ std::string names_of(const CommandList& commands) {
   return names;
 }
 
-/// Words that may follow an option that takes one of a few, as branches of `case "$prev"`.
+/// Completions of the options with fixed choices, as branches of `case "$prev"`.
 std::string bash_values(Command& command) {
   CommonOptions common;
   std::string text;

@@ -6,8 +6,8 @@
 
 namespace rali::cli {
 
-/// The completion script of a shell (bash, zsh, fish); empty for another one. Options that take one
-/// of a few words complete these words, too.
+/// The completion script of a shell (bash, zsh, fish); empty for any other. Options with a fixed
+/// set of words complete these words, too.
 [[nodiscard]] std::string completion_script(const std::string& shell, const CommandList& commands);
 
 }  // namespace rali::cli

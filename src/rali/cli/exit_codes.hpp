@@ -12,7 +12,8 @@ inline constexpr int kExitGaps = 3;
 inline constexpr int kExitMachine = 4;
 inline constexpr int kExitInternal = 5;
 
-/// What the program ends with. `rali -h`, the manual page and docs/reference/cli.md are made of it.
+/// Exit codes of the program. `rali -h`, the manual page and docs/reference/cli.md are made from
+/// them.
 struct ExitCode {
   std::string_view number;
   std::string_view brief;

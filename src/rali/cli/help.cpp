@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kColumns = 80;
 constexpr std::size_t kHelpColumn = 27;
 
-/// Words of `text` in lines that start at `column` (the first continues `line`).
+/// Wraps `text` into lines that start at `column` (the first continues `line`).
 std::string wrapped(std::string line, const std::string& text, std::size_t column) {
   std::string out;
   if (line.size() + 2 > column) {
@@ -62,7 +62,7 @@ std::string usage_line(Command& command) {
   return fmt::format("rali {} {}{}[options]", command.name(), input, input.empty() ? "" : " ");
 }
 
-/// A code and its words stay on one line.
+/// An exit code and its text stay on one line.
 std::string exit_code_lines() {
   std::string text, line = "exit codes:";
   for (const ExitCode& code : exit_codes()) {

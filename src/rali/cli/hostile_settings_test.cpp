@@ -1,5 +1,5 @@
-// Values that nobody means, for every setting there is: each ends with 2 and one sentence that
-// names the key, before any data are read.
+// Absurd values for every setting: each ends with exit code 2 and one sentence that names the key,
+// before any data are read.
 
 #include <algorithm>
 #include <cstdio>
@@ -33,7 +33,7 @@ std::vector<Setting> all_settings() {
   return settings;
 }
 
-/// The recording does not exist: a value that is taken would end with another sentence.
+/// The recording does not exist: an accepted value would end with another sentence.
 std::string refused(const Setting& setting, const std::string& value) {
   const Outcome run =
       run_rali({"map", "v1.bag", "-o", "nowhere", "--set", setting.key + '=' + value});

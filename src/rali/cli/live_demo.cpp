@@ -20,7 +20,7 @@ constexpr std::chrono::milliseconds kNap{500};
 constexpr double kEnd_s = 30.0;
 constexpr std::size_t kLogLines = 5;
 
-/// What a vehicle's page says of the mission; empty: nothing yet.
+/// The mission part of a vehicle's /state; empty: none yet.
 std::optional<nlohmann::json> mission_of(int port) {
   const auto reply = view::ask_view({"127.0.0.1", static_cast<std::uint16_t>(port), ""}, "/state");
   if (!reply || reply->status != 200) return std::nullopt;
@@ -50,10 +50,10 @@ class Demo {
   Session& session_;
   std::optional<ChildProcess> world_;
   std::vector<ChildProcess> vehicles_;
-  std::string told_;
+  std::string reported_;
 };
 
-/// A process that has ended by itself says why.
+/// If a process has ended by itself, returns the reason.
 Status Demo::check(ChildProcess& child) const {
   const std::optional<int> code = child.ended();
   if (!code || *code == 0 || stop_requested()) return {};
@@ -63,7 +63,7 @@ Status Demo::check(ChildProcess& child) const {
 
 Status Demo::start_world() {
   std::error_code error;
-  // Facts of another world would be taken for facts of this one.
+  // Facts of another world would be mistaken for facts of this one.
   if (fs::exists(path("recording/simulation.json"))) fs::remove_all(path("state"), error);
   fs::create_directories(path("state"), error);
   if (error) return fail(ErrorCode::kMachine, demo_.folder, error.message());
@@ -73,7 +73,7 @@ Status Demo::start_world() {
       path("world.log"));
   if (!world) return tl::make_unexpected(world.error());
   world_.emplace(std::move(*world));
-  // Of an earlier demo the file is removed before the new one is written.
+  // The file of an earlier demo is removed before the new one is written.
   while (!stop_requested() && last_lines(path("world.log"), 1).empty()) {
     if (Status s = check(*world_); !s) return s;
     std::this_thread::sleep_for(kNap);
@@ -107,14 +107,14 @@ Result<bool> Demo::watch() {
     const auto mission = mission_of(demo_.port);
     if (!mission) continue;
     const std::string now = mission->value("state", std::string());
-    if (now != told_) session_.note(printable(now));
-    told_ = now;
+    if (now != reported_) session_.note(printable(now));
+    reported_ = now;
     if (mission->value("finished", false)) return true;
   }
   return false;
 }
 
-/// The world first: it closes the recording; vehicles end with all they were sent.
+/// Stops the world first, which closes the recording; the vehicles then process all received data.
 void Demo::end() {
   if (world_) {
     world_->ask_to_end();

@@ -16,7 +16,7 @@
 namespace rali::cli {
 namespace {
 
-/// Numbers of the radios, as any source of ranges lists them.
+/// Radio numbers of all sources of ranges.
 std::map<std::int64_t, io::RadioEnd> radio_ids(const drive::RangeOptions& ranges,
                                                VehicleId vehicle) {
   for (const drive::SerialLog& log : ranges.serial_logs) {
@@ -60,7 +60,7 @@ Result<std::size_t> vehicle_index(const config::FleetConfig& fleet, const std::s
 
 Result<LiveSetup> make_live_setup(const config::FleetConfig& fleet, std::size_t index) {
   config::FleetConfig live = fleet;
-  // Files of recordings have no part in it.
+  // Files of recordings are not used live.
   std::erase_if(live.ranges.sources, [](const config::RangeSource& s) { return !s.file.empty(); });
   live.radio_file.clear();
   live.rounds = "auto";
@@ -118,7 +118,7 @@ Result<std::unique_ptr<net::RosBus>> open_ros_bus(const config::FleetConfig& fle
 
 namespace {
 
-/// Of the facts that a vehicle has made, as far as they are known here.
+/// The newest epoch of the facts of a vehicle, as far as known here.
 std::uint32_t newest_epoch(const std::vector<fleet::FactPtr>& facts, VehicleId vehicle) {
   std::uint32_t newest = 0;
   for (const fleet::FactPtr& fact : facts) {

@@ -22,19 +22,19 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A signal is obeyed within this time.
+/// Maximum delay until a signal is handled.
 constexpr std::chrono::milliseconds kNap{20};
 
-/// The world's time against this machine's. A machine that is too slow makes the world slower: who
-/// listens must not lose data because of it.
+/// Couples simulated time to wall time. If the machine is too slow, the simulation slows down, so
+/// that subscribers lose no data.
 class Pace {
  public:
-  Pace(Time t_begin, double rate) : t_begin_(t_begin), rate_(rate) {}
+  Pace(Time t_start, double rate) : t_start_(t_start), rate_(rate) {}
 
-  /// Waits until the world may be at `now`. @return false: a signal asks to stop
+  /// Waits until simulated time `now` is due. @return false: a signal asks to stop
   bool wait(Time now) {
     if (!begun_) begun_ = Clock::now();
-    const double due_s = seconds_between(t_begin_, now) / rate_ + lag_s_;
+    const double due_s = seconds_between(t_start_, now) / rate_ + lag_s_;
     while (!stop_requested()) {
       const double left_s = due_s - elapsed_s();
       if (left_s <= 0.0) {
@@ -47,7 +47,7 @@ class Pace {
     return false;
   }
 
-  /// How much later than asked the world is.
+  /// Delay of simulated time [s].
   [[nodiscard]] double lag_s() const { return lag_s_; }
 
  private:
@@ -55,7 +55,7 @@ class Pace {
     return std::chrono::duration<double>(Clock::now() - *begun_).count();
   }
 
-  Time t_begin_;
+  Time t_start_;
   double rate_;
   std::optional<Clock::time_point> begun_;
   double lag_s_ = 0.0;
@@ -73,7 +73,7 @@ Status write_live_files(const sim::FleetSimulation& sim, const std::vector<std::
                                scenario::live_fleet_yaml(sim, names, options, network));
 }
 
-/// A signal ends it, too.
+/// Waits until every LiDAR has a subscriber; a signal ends the wait, too.
 void wait_for_listeners(const host::LiveWorld& world, Session& session) {
   std::vector<std::string> reported;
   while (!stop_requested()) {
@@ -101,7 +101,7 @@ Result<scenario::RecordingSummary> run_live_world_job(sim::FleetSimulation& sim,
   bus_options.node_name = "rali_world";
   auto bus = net::open_dds_ros_bus(bus_options);
   if (!bus) return tl::make_unexpected(bus.error());
-  Pace pace(sim.t_begin(), job.rate);
+  Pace pace(sim.t_start(), job.rate);
   auto world = host::LiveWorld::make(**bus, {names, options.lidar},
                                      [&](Time now) { return pace.wait(now); });
   if (!world) return tl::make_unexpected(world.error());
@@ -109,8 +109,8 @@ Result<scenario::RecordingSummary> run_live_world_job(sim::FleetSimulation& sim,
                            options.folder, options.folder, names.front()));
   wait_for_listeners(**world, session);
   auto summary = record_mission(sim, options, **world, job.time_limit_s);
-  constexpr double kLagSaid_s = 1.0;
-  if (pace.lag_s() > kLagSaid_s) {
+  constexpr double kLagReported_s = 1.0;
+  if (pace.lag_s() > kLagReported_s) {
     session.warning(
         fmt::format("this machine made the world {:.1f} s slower than asked", pace.lag_s()));
   }

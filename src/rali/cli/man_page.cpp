@@ -8,8 +8,8 @@
 namespace rali::cli {
 namespace {
 
-/// Text for a line of its own: backslashes, minus signs and a leading dot or quote mean something
-/// to troff.
+/// Text escaped for a line of troff: backslashes, minus signs and a leading dot or quote are
+/// special.
 std::string troff(const std::string& text) {
   std::string out;
   if (!text.empty() && (text.front() == '.' || text.front() == '\'')) out = "\\&";

@@ -1,4 +1,4 @@
-// `rali map` on damaged input and on a full disk: exit codes of the table, and what is left.
+// `rali map` on damaged input and on a full disk: exit codes of the table, and remaining files.
 
 #include <filesystem>
 #include <fstream>
@@ -33,14 +33,14 @@ HallRecording short_recording() {
   return recording;
 }
 
-/// Sweeps as KITTI files; the last of them ends in the middle of a point.
+/// Scans as KITTI files; the last of them ends in the middle of a point.
 std::string write_cut_folder(const io::TestFolder& folder) {
   const std::string scans = folder.path("scans");
   fs::create_directories(scans);
   const HallRecording recording;
   Rng rng(1, "lidar");
   for (int i = 0; i < 12; ++i) {
-    const sensor::LidarScan scan = recording.sweep(0, rng);
+    const sensor::LidarScan scan = recording.scan(0, rng);
     std::ofstream file(scans + "/00" + std::to_string(10 + i) + ".bin", std::ios::binary);
     for (std::size_t k = 0; k < scan.size(); ++k) {
       const float point[] = {scan.x_m[k], scan.y_m[k], scan.z_m[k], scan.intensity[k]};
@@ -56,14 +56,14 @@ struct Damage {
   std::string name;
   std::function<std::string(const io::TestFolder&)> make;  ///< returns the input
   int code;
-  std::string said;  ///< in the summary or the warnings
+  std::string reported;  ///< in the summary or the warnings
 };
 
 std::string recorded(const io::TestFolder& folder, const HallRecording& recording) {
   return recording.write(folder.path("v1.bag"));
 }
 
-/// The same messages in an MCAP that is closed.
+/// The same messages in a properly closed MCAP.
 void recorded_mcap(const std::string& bag, const std::string& path) {
   const auto source = io::open_recording(bag);
   ASSERT_TRUE(source);
@@ -112,14 +112,14 @@ std::vector<Damage> damages() {
        [](const auto& f) {
          HallRecording recording = short_recording();
          recording.gap_from = 15;
-         recording.gap_sweeps = 6;
+         recording.gap_scans = 6;
          return recorded(f, recording);
        },
        0, "s without scans"},
       {"NaN points",
        [](const auto& f) {
          HallRecording recording = short_recording();
-         recording.nan_share = 0.3;
+         recording.nan_fraction = 0.3;
          return recorded(f, recording);
        },
        0, "gaps: none"},
@@ -148,7 +148,7 @@ TEST(MapDamage, ends_with_the_exit_code_of_the_table) {
     const io::TestFolder folder;
     const Outcome outcome = map_it(damage.make(folder), folder.path("out"));
     EXPECT_EQ(outcome.code, damage.code) << damage.name << '\n' << outcome.out << outcome.err;
-    EXPECT_NE((outcome.out + outcome.err).find(damage.said), std::string::npos)
+    EXPECT_NE((outcome.out + outcome.err).find(damage.reported), std::string::npos)
         << damage.name << '\n'
         << outcome.out << outcome.err;
     const bool started = damage.code != 2;
@@ -160,7 +160,7 @@ TEST(MapDamage, ends_with_the_exit_code_of_the_table) {
 TEST(MapDamage, without_a_pose_no_error_is_expected) {
   const io::TestFolder folder;
   HallRecording recording = short_recording();
-  recording.nan_share = 1.0;
+  recording.nan_fraction = 1.0;
   const std::string input = recorded(folder, recording);
   const Outcome outcome = map_it(input, folder.path("out"));
   EXPECT_EQ(outcome.code, 3) << outcome.out << outcome.err;

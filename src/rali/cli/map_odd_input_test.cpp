@@ -1,4 +1,4 @@
-// `rali map` on recordings that nobody should make but somebody will: each has a sensible end.
+// `rali map` on faulty but plausible recordings: each ends in a defined way.
 
 #include <filesystem>
 #include <functional>
@@ -15,7 +15,7 @@ namespace {
 
 using drive::test::HallRecording;
 
-/// A drive through the hall, with sensors and clocks as odd as told.
+/// A drive through the hall, with configurable faults of sensors and clocks.
 struct OddRecording {
   double duration_s = 2.5;
   double imu_hz = 200.0;  ///< 0: no IMU
@@ -23,7 +23,7 @@ struct OddRecording {
   int rings = 16, columns = 300;  ///< 0 columns: no LiDAR
   bool zero_stamps = false, twice = false;
 
-  [[nodiscard]] sensor::LidarScan sweep(int index) const {
+  [[nodiscard]] sensor::LidarScan scan(int index) const {
     sensor::LidarScan scan;
     Rng noise(static_cast<std::uint64_t>(index), "noise");
     for (int column = 0; column < columns; ++column) {
@@ -40,8 +40,8 @@ struct OddRecording {
                        static_cast<std::uint16_t>(ring));
       }
     }
-    scan.t_begin = stamp(0.1 * index);
-    scan.t_end = scan.t_begin + Duration::from_s(0.1);
+    scan.t_start = stamp(0.1 * index);
+    scan.t_end = scan.t_start + Duration::from_s(0.1);
     scan.has_point_times = scan.has_rings = true;
     scan.rings = static_cast<std::uint16_t>(rings);
     return scan;
@@ -76,7 +76,7 @@ struct OddRecording {
       }
       if (columns == 0 || tick % 20 != 0 || tick == 0) continue;
       const wire::PackedCloud packed =
-          wire::pack_cloud(sweep(tick / 20 - 1), "lidar", wire::CloudStyle::kVelodyne);
+          wire::pack_cloud(scan(tick / 20 - 1), "lidar", wire::CloudStyle::kVelodyne);
       put(clouds, t_s, wire::encode(packed.view, wire::Encoding::kRos1));
     }
     EXPECT_TRUE(whole && bag.close());
@@ -89,14 +89,14 @@ struct Odd {
   std::string name;
   OddRecording recording;
   int code;
-  std::string said;
+  std::string reported;
 };
 
 std::vector<Odd> odd_recordings() {
   std::vector<Odd> all;
-  const auto add = [&](const std::string& name, int code, const std::string& said,
+  const auto add = [&](const std::string& name, int code, const std::string& reported,
                        const std::function<void(OddRecording&)>& change) {
-    all.push_back({name, {}, code, said});
+    all.push_back({name, {}, code, reported});
     change(all.back().recording);
   };
   add("IMU only", 2, "no point cloud", [](OddRecording& r) { r.columns = 0; });
@@ -123,9 +123,9 @@ TEST(MapOddInput, has_a_sensible_end) {
     const std::string input = odd.recording.write(folder);
     const Outcome run =
         run_rali({"map", input, "-o", folder.path("out"), "--no-mcap", "--threads", "1"});
-    const std::string told = run.out + run.err;
-    EXPECT_EQ(run.code, odd.code) << odd.name << '\n' << told;
-    EXPECT_NE(told.find(odd.said), std::string::npos) << odd.name << '\n' << told;
+    const std::string reported = run.out + run.err;
+    EXPECT_EQ(run.code, odd.code) << odd.name << '\n' << reported;
+    EXPECT_NE(reported.find(odd.reported), std::string::npos) << odd.name << '\n' << reported;
   }
 }
 

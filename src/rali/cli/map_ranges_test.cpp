@@ -135,7 +135,7 @@ TEST_F(MapRanges, that_are_missing_or_name_nobody_are_an_input_error) {
   }
 }
 
-/// Stamps of a ranges.csv, all later by this: ranges that are old at their stamps.
+/// A ranges.csv with all stamps later by this time, so that the ranges have a latency.
 std::string stamped_late(const std::string& csv, double late_s) {
   std::istringstream lines(csv);
   std::string line, out;

@@ -28,10 +28,10 @@ drive::MapSummary summary_of(std::size_t vehicles) {
     vehicle.name = "v" + std::to_string(i + 1);
     vehicle.path_m = 512.0 - 14.0 * static_cast<double>(i);
     vehicle.keyframes = 602;
-    vehicle.blind_share = i == 0 ? 0.08 : 0.27;
+    vehicle.degenerate_fraction = i == 0 ? 0.08 : 0.27;
     vehicle.sigma_median_m = 0.06;
     vehicle.sigma_max_m = i == 0 ? 0.2 : 0.31;
-    vehicle.input.t_begin = Time::from_s(1000.0);
+    vehicle.input.t_start = Time::from_s(1000.0);
     vehicle.t_sigma_max = Time::from_s(1388.0);
     summary.vehicles.push_back(vehicle);
     const VehicleId id{static_cast<std::uint16_t>(i)};
@@ -214,7 +214,7 @@ TEST(MapSummary, tells_what_ranges_held_and_why_others_did_not) {
   count(ranging::RangeReason::kNoPose, 25);
   count(ranging::RangeReason::kNlos, 412);
   count(ranging::RangeReason::kOutlier, 201);
-  summary.vehicles[1].blind_held_share = 0.5;
+  summary.vehicles[1].degenerate_held_fraction = 0.5;
   const std::string text = summary_text(summary, "out");
   // 0.5 * 0.27 * 498 m of 0.08 * 512 m + 0.27 * 498 m
   EXPECT_NE(text.find("degenerate: v1 8 %, v2 27 % of the distance travelled; constrained by "
@@ -276,10 +276,10 @@ TEST(ErrorCodes, lead_to_the_exit_codes_of_the_table) {
 TEST(Progress, a_line_has_bar_speed_way_and_time_to_go) {
   drive::Progress progress;
   progress.vehicle = "v1";
-  progress.share = 0.62;
+  progress.fraction = 0.62;
   progress.speed = 6.4;
   progress.path_m = 312.0;
-  progress.blind_share = 0.08;
+  progress.degenerate_fraction = 0.08;
   progress.stage = "odometry";
   EXPECT_EQ(progress_line(progress, true, 41.0),
             "v1 [#########-----]  62 %  6.4x  312 m  degenerate  8 %  ETA 0:41");
@@ -289,7 +289,7 @@ TEST(Progress, a_line_has_bar_speed_way_and_time_to_go) {
   progress.ranges_used = 4812;
   EXPECT_EQ(progress_line(progress, false, -1.0),
             "v1  62 %  6.4x  312 m  degenerate  8 %  ranges 4812/5120");
-  progress.share = std::numeric_limits<double>::quiet_NaN();
+  progress.fraction = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(progress_line(progress, true, -1.0).substr(0, 24), "v1 [--------------]   0 ");
 }
 
@@ -302,7 +302,7 @@ TEST(Progress, away_from_a_terminal_there_is_one_line_per_tenth) {
     progress.vehicle = "v1";
     progress.stage = "odometry";
     for (int i = 0; i <= 1000; ++i) {
-      progress.share = i / 1000.0;
+      progress.fraction = i / 1000.0;
       view.progress(progress);
     }
   }
@@ -320,7 +320,7 @@ TEST(Progress, as_json_is_one_object_per_line_even_with_broken_names) {
     drive::Progress progress;
     progress.vehicle = "v\xff\"1";
     progress.stage = "map";
-    progress.share = 0.5;
+    progress.fraction = 0.5;
     view.progress(progress);
     Finding finding;
     finding.text = "line\nend";
@@ -331,7 +331,7 @@ TEST(Progress, as_json_is_one_object_per_line_even_with_broken_names) {
   EXPECT_EQ(text.front(), '{');
 }
 
-TEST(Findings, are_told_with_effect_and_remedy) {
+TEST(Findings, are_reported_with_effect_and_remedy) {
   Finding finding;
   finding.vehicle = "v1";
   finding.topic = "/imu";

@@ -20,8 +20,8 @@
 #include "rali/jobs/map_job.hpp"
 #include "rali/vehicle/vehicle.hpp"
 
-// `rali map` of state folders, from the command line to the files, beside that of the recording in
-// which the same vehicles drove.
+// `rali map` of state folders, from the command line to the files, compared with that of the
+// recording of the same vehicles.
 
 namespace rali::cli {
 namespace {
@@ -37,8 +37,8 @@ class Silent final : public drive::ProgressSink {
   void finding(const Finding& /*finding*/) override {}
 };
 
-/// What the vehicles of a recording tell each other, vehicle by vehicle.
-std::vector<Facts> told_by(const std::string& fleet_yaml, const std::string& scratch) {
+/// The facts that the vehicles of a recording exchange, vehicle by vehicle.
+std::vector<Facts> reported_by(const std::string& fleet_yaml, const std::string& scratch) {
   const auto inputs = jobs::load_inputs({fleet_yaml}, {});
   EXPECT_TRUE(inputs);
   const auto job = jobs::make_map_job(inputs->fleet, {});
@@ -48,7 +48,7 @@ std::vector<Facts> told_by(const std::string& fleet_yaml, const std::string& scr
   std::vector<std::unique_ptr<drive::ReportedSource>> sources;
   std::vector<vehicle::Vehicle> vehicles;
   std::vector<drive::VehicleRun> runs;
-  std::vector<Facts> told(n);
+  std::vector<Facts> reported(n);
   runs.reserve(n);
   vehicles.reserve(n);
   std::vector<drive::FleetMember> members(n);
@@ -60,16 +60,16 @@ std::vector<Facts> told_by(const std::string& fleet_yaml, const std::string& scr
     runs.push_back(std::move(*drive::VehicleRun::start(fmt::format("v{}", i), scratch, nullptr)));
     members[i].source = sources[i].get();
     members[i].run = &runs[i];
-    members[i].step = [&vehicle = vehicles[i], &facts = told[i]](const vehicle::Event& event,
-                                                                 Executor& executor,
-                                                                 vehicle::OutputList& out) {
+    members[i].step = [&vehicle = vehicles[i], &facts = reported[i]](const vehicle::Event& event,
+                                                                     Executor& executor,
+                                                                     vehicle::OutputList& out) {
       const std::size_t before = out.size();
       vehicle.step(event, executor, out);
       for (std::size_t k = before; k < out.size(); ++k) {
         const auto* made = std::get_if<vehicle::FactMade>(&out[k]);
         if (made == nullptr) continue;
         const fleet::Fact& f = *made->fact;
-        facts.push_back(drive::told_fact(f.key.vehicle, 0, f.key.seq, f.t.s(), f.body));
+        facts.push_back(drive::quantised_fact(f.key.vehicle, 0, f.key.seq, f.t.s(), f.body));
       }
     };
   }
@@ -79,7 +79,7 @@ std::vector<Facts> told_by(const std::string& fleet_yaml, const std::string& scr
   const auto executor = drive::make_executor(1);
   drive::run_fleet(members, drive::read_range_files(job->ranges)->samples, job->ranges, {},
                    *executor, log, nullptr, sink, stop);
-  return told;
+  return reported;
 }
 
 /// Keyframe by keyframe of keyframes.csv: vehicle and number to x, y, z.
@@ -105,12 +105,12 @@ class MapStates : public testing::Test {
     const Outcome done = run_rali({"simulate", "hall", "-o", sim_->path("sim"), "--vehicles", "2",
                                    "--duration", "14", "--progress", "off"});
     ASSERT_EQ(done.code, 0) << done.err;
-    const auto told = told_by(sim_->path("sim/fleet.yaml"), sim_->path("scratch"));
-    ASSERT_EQ(told.size(), 2U);
-    drive::write_state(sim_->path("v1"), {0}, told[0]);
-    drive::write_state(sim_->path("v2"), {1}, told[1]);
-    Facts all = told[1];
-    all.insert(all.end(), told[0].begin(), told[0].end());
+    const auto reported = reported_by(sim_->path("sim/fleet.yaml"), sim_->path("scratch"));
+    ASSERT_EQ(reported.size(), 2U);
+    drive::write_state(sim_->path("v1"), {0}, reported[0]);
+    drive::write_state(sim_->path("v2"), {1}, reported[1]);
+    Facts all = reported[1];
+    all.insert(all.end(), reported[0].begin(), reported[0].end());
     drive::write_state(sim_->path("all"), {0}, all);
   }
 
@@ -136,12 +136,13 @@ io::TestFolder* MapStates::sim_ = nullptr;
 TEST_F(MapStates, the_map_of_a_mission_is_that_of_its_recording_as_far_as_facts_go) {
   const Outcome recorded = map("recorded", {at("sim/fleet.yaml")}, {"--no-report"});
   ASSERT_EQ(recorded.code, 0) << recorded.err;
-  const Outcome told =
+  const Outcome reported =
       map("told", {at("sim/fleet.yaml"), at("v2"), at("v1")}, {"--truth", at("sim/truth")});
-  ASSERT_EQ(told.code, 0) << told.err;
-  EXPECT_NE(told.err.find("its recordings and files of ranges are left out"), std::string::npos);
-  EXPECT_NE(told.err.find("no odometry/, no live/"), std::string::npos);
-  EXPECT_NE(told.out.find("against the truth"), std::string::npos) << told.out;
+  ASSERT_EQ(reported.code, 0) << reported.err;
+  EXPECT_NE(reported.err.find("its recordings and files of ranges are left out"),
+            std::string::npos);
+  EXPECT_NE(reported.err.find("no odometry/, no live/"), std::string::npos);
+  EXPECT_NE(reported.out.find("against the truth"), std::string::npos) << reported.out;
 
   const auto there = keyframes_in(folder_.read("recorded/keyframes.csv"));
   const auto here = keyframes_in(folder_.read("told/keyframes.csv"));
@@ -174,7 +175,7 @@ TEST_F(MapStates, any_order_and_any_distribution_of_the_facts_give_the_same_byte
   for (const auto& folders : inputs) {
     outs.push_back(fmt::format("out{}", outs.size()));
     std::vector<std::string> words = folders;
-    words.push_back(at("sim/fleet.yaml"));  // wherever it stands
+    words.push_back(at("sim/fleet.yaml"));  // at any position
     const Outcome done = map(outs.back(), words, {"--no-report"});
     ASSERT_EQ(done.code, 0) << done.err;
   }
@@ -206,7 +207,7 @@ TEST_F(MapStates, what_is_before_damage_and_behind_it_is_used_and_the_run_ends_w
   fs::copy(at("v1"), folder_.path("damaged"));
   const std::string log = folder_.path("damaged/facts-000000.log");
   const auto size = fs::file_size(log);
-  fs::resize_file(log, size - 3);  // torn: nobody knows that something is missing
+  fs::resize_file(log, size - 3);  // truncated: the loss is not detectable
   const Outcome torn = map("torn", {folder_.path("damaged")}, {"--no-report", "-v"});
   EXPECT_EQ(torn.code, 0) << torn.err;
   EXPECT_NE(torn.err.find("are no whole record and were left out"), std::string::npos) << torn.err;

@@ -50,7 +50,7 @@ std::string vehicles_line(const MapSummary& summary) {
   return placed.empty() ? line : fmt::format("{} ({})", line, fmt::join(placed, "; "));
 }
 
-/// ", 3 loops closed, 1 refused"; nothing where none was looked at.
+/// ", 3 loops closed, 1 refused"; nothing without candidates.
 std::string loops_words(const MapSummary& summary) {
   const auto& loops = summary.fleet.loops;
   const auto closed = static_cast<std::size_t>(std::count_if(
@@ -77,7 +77,7 @@ std::string rounds_line(const MapSummary& summary) {
                      anchors.size() == 1 ? "anchor" : "anchors", fmt::join(anchors, " "));
 }
 
-/// Nothing where no vehicle has a pose.
+/// Nothing if no vehicle has a pose.
 std::string sigma_line(const MapSummary& summary) {
   const VehicleSummary* worst = nullptr;
   double median_m = 0.0;
@@ -87,27 +87,27 @@ std::string sigma_line(const MapSummary& summary) {
     if (worst == nullptr || vehicle.sigma_max_m > worst->sigma_max_m) worst = &vehicle;
   }
   if (worst == nullptr) return {};
-  const double at_s = seconds_between(worst->input.t_begin, worst->t_sigma_max);
+  const double at_s = seconds_between(worst->input.t_start, worst->t_sigma_max);
   return fmt::format(
       "expected position error (1 sigma): median {:.2f} m, worst {:.2f} m ({}, {:.0f} s)\n",
       median_m, worst->sigma_max_m, worst->name, at_s);
 }
 
 /// "degenerate: v1 8 %, v2 27 % of the distance travelled; constrained by ranges 94 % of it".
-/// Nothing where no vehicle has a pose.
+/// Nothing if no vehicle has a pose.
 std::string degenerate_line(const MapSummary& summary) {
   std::vector<std::string> fractions;
   for (const VehicleSummary& v : summary.vehicles) {
     if (!has_pose(v)) continue;
-    fractions.push_back(fmt::format("{} {:.0f} %", v.name, 100.0 * v.blind_share));
+    fractions.push_back(fmt::format("{} {:.0f} %", v.name, 100.0 * v.degenerate_fraction));
   }
   if (fractions.empty()) return {};
   std::string line =
       fmt::format("degenerate: {} of the distance travelled", fmt::join(fractions, ", "));
   double degenerate_m = 0.0, constrained_m = 0.0;
   for (const VehicleSummary& v : summary.vehicles) {
-    degenerate_m += v.blind_share * v.path_m;
-    constrained_m += v.blind_held_share * v.blind_share * v.path_m;
+    degenerate_m += v.degenerate_fraction * v.path_m;
+    constrained_m += v.degenerate_held_fraction * v.degenerate_fraction * v.path_m;
   }
   if (summary.ranges.total > 0 && degenerate_m > 0.0) {
     line +=
@@ -155,7 +155,7 @@ std::string gaps_of(const VehicleSummary& vehicle) {
   add(parts, gaps.imu_invalid, "inertial sample", "not usable");
   add(parts, gaps.undecodable, "message", "unreadable");
   add(parts, gaps.bytes_lost, "byte", "lost at the end");
-  add(parts, vehicle.sweeps_dropped, "scan", "left out");
+  add(parts, vehicle.scans_dropped, "scan", "left out");
   if (vehicle.diverged_s > 0.0) {
     parts.push_back(
         fmt::format("{:.1f} s cut out where the odometry diverged", vehicle.diverged_s));

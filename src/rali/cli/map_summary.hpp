@@ -7,11 +7,11 @@
 
 namespace rali::cli {
 
-/// What `rali map` prints to stdout when it is done.
-/// @param page  what to open first: the report, or the folder where there is none
+/// The text that `rali map` prints to stdout when it is done.
+/// @param page  what to open first: the report, or the folder if there is none
 [[nodiscard]] std::string summary_text(const drive::MapSummary& summary, const std::string& page);
 
-/// "lidar of v1: 0.08 m forward ... (settings)" and what else was decided about one input.
+/// "lidar of v1: 0.08 m forward ... (settings)" and the other decisions about one input.
 [[nodiscard]] std::string input_text(const drive::InputReport& report);
 
 /// One condition of --require.
@@ -24,7 +24,7 @@ struct Requirement {
 [[nodiscard]] Result<std::vector<Requirement>> parse_requirements(
     const std::vector<std::string>& texts);
 
-/// The sentences of the conditions that do not hold.
+/// One sentence for each violated condition.
 [[nodiscard]] std::vector<std::string> broken_requirements(
     const std::vector<Requirement>& requirements, const drive::MapSummary& summary);
 

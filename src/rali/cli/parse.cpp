@@ -51,14 +51,14 @@ std::string unknown_option(const std::string& word, const std::vector<Option>& o
   return nearest.empty() ? "" : fmt::format("Did you mean {}?", nearest);
 }
 
-/// CLI11's own words, made one sentence of ours.
+/// CLI11's message as one sentence.
 std::string one_sentence(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   while (!text.empty() && (text.back() == '.' || text.back() == ' ')) text.pop_back();
   return text;
 }
 
-/// The parser's own words are for programmers; these say what to change.
+/// The parser's messages are for programmers; these say what to change.
 std::string sentence_of(const CLI::ParseError& error) {
   const std::string text = one_sentence(error.what());
   const std::string_view no_number = "Could not convert: ";
@@ -95,7 +95,7 @@ Result<Parsed> parse_words(Command& command, CommonOptions& common,
   const std::string where = "rali " + command.name();
   const std::string remedy = fmt::format("See `{} -h`.", where);
   CLI::App app;
-  app.set_help_flag();  // ours, from our table
+  app.set_help_flag();  // replaced by the one from the option table
   bool help = false, help_all = false;
   app.add_flag("-h,--help", help);
   app.add_flag("--help-all", help_all);

@@ -7,10 +7,10 @@
 
 namespace rali::cli {
 
-/// The command's own options and those that every command takes.
+/// The command's own options and the common ones.
 [[nodiscard]] std::vector<Option> all_options(Command& command, CommonOptions& common);
 
-/// What the words after the command's name ask for.
+/// The request in the words after the command's name.
 enum class Parsed { kRun, kHelp, kHelpAll };
 
 /// Fills the targets of a command's options from its words.

@@ -12,13 +12,13 @@ namespace {
 
 constexpr int kBarWidth = 14;
 
-std::string bar_text(double share) {
-  const int filled = static_cast<int>(std::lround(share * kBarWidth));
+std::string bar_text(double fraction) {
+  const int filled = static_cast<int>(std::lround(fraction * kBarWidth));
   return '[' + std::string(static_cast<std::size_t>(filled), '#') +
          std::string(static_cast<std::size_t>(kBarWidth - filled), '-') + "] ";
 }
 
-/// Bytes of a recording may be no UTF-8; they must not stop a run.
+/// Text of a recording may be invalid UTF-8, which must not stop a run.
 std::string json_line(const nlohmann::ordered_json& object) {
   return object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
@@ -26,10 +26,10 @@ std::string json_line(const nlohmann::ordered_json& object) {
 std::string progress_json(const drive::Progress& progress) {
   return json_line({{"vehicle", progress.vehicle},
                     {"stage", progress.stage},
-                    {"fraction", progress.share},
+                    {"fraction", progress.fraction},
                     {"speed", progress.speed},
                     {"path_m", progress.path_m},
-                    {"degenerate_fraction", progress.blind_share},
+                    {"degenerate_fraction", progress.degenerate_fraction},
                     {"ranges", progress.ranges},
                     {"ranges_used", progress.ranges_used},
                     {"t_s", progress.t.s()}});
@@ -54,7 +54,7 @@ void add_sentence(std::string& line, const std::string& sentence) {
   if (!line.empty()) line += ' ';
   const std::size_t at = line.size();
   line += sentence;
-  // A word with a sign in it (deskewed:, imu.topic) is a key and keeps its letters.
+  // A word with punctuation (deskewed:, imu.topic) is a key and keeps its case.
   const std::string word = sentence.substr(0, sentence.find(' '));
   const bool plain = word.find_first_not_of("abcdefghijklmnopqrstuvwxyz,") == std::string::npos;
   if (begins && at > 0 && plain) line[at] = static_cast<char>(line[at] - 'a' + 'A');
@@ -68,24 +68,25 @@ ProgressView::ProgressView(Session& session)
 void ProgressView::progress(const drive::Progress& progress) {
   const std::string& kind = session_.options.progress;
   if (kind == "off" || (session_.options.quiet && kind != "json")) return;
-  const double share = std::isfinite(progress.share) ? std::clamp(progress.share, 0.0, 1.0) : 0.0;
+  const double fraction =
+      std::isfinite(progress.fraction) ? std::clamp(progress.fraction, 0.0, 1.0) : 0.0;
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin_;
-  const double eta_s = share > 0.01 ? elapsed.count() * (1.0 - share) / share : -1.0;
+  const double eta_s = fraction > 0.01 ? elapsed.count() * (1.0 - fraction) / fraction : -1.0;
   if (session_.live() && kind == "auto") {
-    // Vehicles run side by side: the one line is each one's for a second, or it could not be read.
+    // Vehicles run in parallel: each is shown on the line for one second, to stay readable.
     const auto now = std::chrono::steady_clock::now();
     if (progress.vehicle != shown_) {
-      if (now - shown_since_ < std::chrono::seconds(1) && share < 1.0) return;
+      if (now - shown_since_ < std::chrono::seconds(1) && fraction < 1.0) return;
       shown_ = progress.vehicle;
       shown_since_ = now;
     }
     session_.live_line(progress_line(progress, true, eta_s));
     return;
   }
-  const int tenth = static_cast<int>(share * 10.0);
+  const int tenth = static_cast<int>(fraction * 10.0);
   const auto [last, is_new] = tenths_.emplace(progress.vehicle + '/' + progress.stage, tenth);
   if (!is_new && last->second >= tenth) return;
-  if (is_new && tenth == 0) return;  // the start is no news
+  if (is_new && tenth == 0) return;  // the start is not reported
   last->second = tenth;
   session_.progress_text(kind == "json" ? progress_json(progress)
                                         : progress_line(progress, false, eta_s));
@@ -104,19 +105,20 @@ void ProgressView::finding(const Finding& finding) {
 }
 
 std::string progress_line(const drive::Progress& progress, bool bar, double eta_s) {
-  const double share = std::isfinite(progress.share) ? std::clamp(progress.share, 0.0, 1.0) : 0.0;
-  std::string line =
-      fmt::format("{} {}{:3.0f} %", progress.vehicle, bar ? bar_text(share) : "", 100.0 * share);
+  const double fraction =
+      std::isfinite(progress.fraction) ? std::clamp(progress.fraction, 0.0, 1.0) : 0.0;
+  std::string line = fmt::format("{} {}{:3.0f} %", progress.vehicle, bar ? bar_text(fraction) : "",
+                                 100.0 * fraction);
   if (progress.stage != "odometry") {
     line += "  " + progress.stage;
   } else {
     line += fmt::format("  {:.1f}x  {:.0f} m  degenerate {:2.0f} %", progress.speed,
-                        progress.path_m, 100.0 * progress.blind_share);
+                        progress.path_m, 100.0 * progress.degenerate_fraction);
     if (progress.ranges > 0) {
       line += fmt::format("  ranges {}/{}", progress.ranges_used, progress.ranges);
     }
   }
-  if (eta_s >= 0.0 && share < 1.0) {
+  if (eta_s >= 0.0 && fraction < 1.0) {
     const long seconds = std::lround(std::min(eta_s, 359999.0));
     line += seconds < 3600 ? fmt::format("  ETA {}:{:02}", seconds / 60, seconds % 60)
                            : fmt::format("  ETA {}:{:02}:{:02}", seconds / 3600, seconds / 60 % 60,
@@ -127,7 +129,7 @@ std::string progress_line(const drive::Progress& progress, bool bar, double eta_
 
 std::string finding_line(const Finding& finding) {
   std::string line = finding.vehicle;
-  // A folder names its vehicle: the name needs not stand twice.
+  // The topic of a folder is the vehicle's name, which is not repeated.
   if (!finding.topic.empty() && finding.topic != finding.vehicle)
     line += (line.empty() ? "" : " ") + finding.topic;
   if (!line.empty()) line += ':';

@@ -26,8 +26,9 @@ class ProgressView final : public drive::ProgressSink {
   std::chrono::steady_clock::time_point shown_since_;
 };
 
-/// "v1 [#########-----]  62 %  6.4x  312 m  degenerate  8 %  ETA 0:41"; without a bar if not `bar`.
-/// @param eta_s below 0: not known.
+/// "v1 [#########-----]  62 %  6.4x  312 m  degenerate  8 %  ETA 0:41"; without the bar if `bar` is
+/// false.
+/// @param eta_s below 0: unknown.
 [[nodiscard]] std::string progress_line(const drive::Progress& progress, bool bar, double eta_s);
 
 /// "v1 /imu at 12.3 s: text. Remedy": a finding as one line.

@@ -5,7 +5,7 @@
 namespace rali::cli {
 namespace {
 
-/// Ends a mission that is interrupted, or whose recording has failed.
+/// Wraps the software to end a mission that is interrupted, or whose recording has failed.
 class Watched final : public sim::FleetSoftware {
  public:
   Watched(sim::FleetSoftware& software, const std::function<void(Time)>& each,

@@ -11,7 +11,7 @@
 
 namespace rali::cli {
 
-/// What a command left behind.
+/// Results of a command.
 struct Outcome {
   int code = -1;
   std::string out, err;

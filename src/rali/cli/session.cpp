@@ -11,7 +11,7 @@
 namespace rali::cli {
 namespace {
 
-// Signal handlers can reach nothing but globals; both are lock-free.
+// Signal handlers can access only globals; both are lock-free.
 std::atomic<bool> g_stop{false};
 std::atomic<int> g_signal{0};
 
@@ -60,24 +60,24 @@ void Session::result(std::string_view text) {
     return;
   }
   if (write_all(stdout, text) && std::fflush(stdout) == 0) return;
-  if (errno != EPIPE) stdout_whole_ = false;  // a reader that has seen enough is no fault
+  if (errno != EPIPE) stdout_whole_ = false;  // a reader that closed the pipe is no error
 }
 
-void Session::error(std::string_view sentence) { say("rali: error: ", "\033[1;31m", sentence); }
+void Session::error(std::string_view sentence) { report("rali: error: ", "\033[1;31m", sentence); }
 
 void Session::warning(std::string_view sentence) {
-  if (!options.quiet) say("rali: warning: ", "\033[33m", sentence);
+  if (!options.quiet) report("rali: warning: ", "\033[33m", sentence);
 }
 
 void Session::note(std::string_view sentence) {
-  if (!options.quiet) say("", "", sentence);
+  if (!options.quiet) report("", "", sentence);
 }
 
 void Session::detail(std::string_view sentence) {
-  if (options.verbose > 0 && !options.quiet) say("", "", sentence);
+  if (options.verbose > 0 && !options.quiet) report("", "", sentence);
 }
 
-void Session::say(std::string_view label, std::string_view colour, std::string_view sentence) {
+void Session::report(std::string_view label, std::string_view colour, std::string_view sentence) {
   live_line("");
   const std::string text = printable(sentence);
   const bool paint = coloured_ && !colour.empty();

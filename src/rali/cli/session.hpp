@@ -15,10 +15,10 @@ struct CommonOptions {
   bool quiet = false;
   int verbose = 0;
   std::string progress = "auto";  ///< auto, json, off
-  std::string log;                ///< file that gets everything stderr gets
+  std::string log;                ///< file with a copy of everything on stderr
 };
 
-/// What a command may say and where it goes: results to stdout, all else to stderr and the log.
+/// Output channels of a command: results to stdout, all else to stderr and the log.
 class Session {
  public:
   Session();
@@ -28,8 +28,8 @@ class Session {
 
   CommonOptions options;
   std::string command_line;  ///< as typed, for run.log
-  std::string run_log;       ///< of the run that goes on; a report of an internal fault needs it
-  /// Folder of a run whose files are written while its command goes on: a fault is noted there.
+  std::string run_log;       ///< of the current run; needed by the report of an internal error
+  /// Folder of the run that the command is writing; an internal error is recorded there.
   std::string written_run;
 
   /// Opens the log file. Errors: kMachine.
@@ -46,21 +46,21 @@ class Session {
   void note(std::string_view sentence);     ///< as it is; not with -q
   void detail(std::string_view sentence);   ///< only with -v
 
-  /// A line of progress: to stderr even with -q; who calls has asked the options.
-  void progress_text(std::string_view line) { say("", "", line); }
+  /// A line of progress: to stderr even with -q; the caller checks the options.
+  void progress_text(std::string_view line) { report("", "", line); }
 
-  /// The last line of the terminal, written over and over; "" removes it.
+  /// The last line of the terminal, overwritten each time; "" removes it.
   void live_line(std::string_view text);
 
-  [[nodiscard]] bool live() const { return live_; }  ///< stderr is a terminal that can move
+  [[nodiscard]] bool live() const { return live_; }  ///< stderr is a terminal with cursor control
 
   [[nodiscard]] bool coloured() const { return coloured_; }
 
-  /// False once stdout could not be written (a full disk).
+  /// False after a failed write to stdout (a full disk).
   [[nodiscard]] bool stdout_whole() const { return stdout_whole_; }
 
  private:
-  void say(std::string_view label, std::string_view colour, std::string_view sentence);
+  void report(std::string_view label, std::string_view colour, std::string_view sentence);
 
   struct Log;
   std::unique_ptr<Log> log_;
@@ -77,7 +77,7 @@ void watch_signals();
 /// The signal that asked to stop, 0 if none.
 [[nodiscard]] int stop_signal();
 
-/// Terminals must not obey bytes of a file: control characters become '?', except line ends.
+/// Protects terminals from control bytes in files: these become '?', except line ends.
 [[nodiscard]] std::string printable(std::string_view text);
 
 }  // namespace rali::cli

@@ -23,12 +23,13 @@ Outcome simulate(std::vector<std::string> arguments) {
   return run_rali(arguments);
 }
 
-/// A folder of its own that goes away.
+/// A temporary folder that is deleted afterwards.
 class Simulate : public testing::Test {
  protected:
   void SetUp() override {
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    // With the process: two runs of this program at once must not clear each other's folder.
+    // Includes the process id: two parallel runs of this program must not delete each other's
+    // folder.
     folder_ =
         (fs::temp_directory_path() / fmt::format("rali_simulate_{}_{}", test->name(), ::getpid()))
             .string();
@@ -57,7 +58,7 @@ TEST_F(Simulate, writes_a_recording_that_rali_map_takes_and_tells_what_is_in_it)
 }
 
 TEST_F(Simulate, names_an_old_setting_with_its_new_name) {
-  // The thread count ends it before anything is simulated.
+  // The invalid thread count ends it before anything is simulated.
   const Outcome refused = simulate({"corridor", "-o", folder_, "--closed-loop", "--set",
                                     "settings.mission.place_m=3", "--threads", "-1"});
   EXPECT_EQ(refused.code, 2);

@@ -8,7 +8,7 @@
 namespace rali::cli {
 namespace {
 
-/// With a backslash before each of `special`, which separates the parts of a specification.
+/// Puts a backslash before each character of `special`, which separates parts of a specification.
 std::string escaped(const std::string& text, std::string_view special) {
   std::string out;
   for (const char c : text) {
@@ -18,14 +18,14 @@ std::string escaped(const std::string& text, std::string_view special) {
   return out;
 }
 
-/// One word of the shell.
+/// Quotes one word for the shell.
 std::string quoted(const std::string& text) {
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return out + '\'';
 }
 
-/// What may follow an option or stand on its own: ":DIR:_files -/".
+/// Completion of an option's value or a positional argument: ":DIR:_files -/".
 std::string action(const std::string& name, const std::vector<std::string>& choices) {
   std::string what = "_files";
   if (!choices.empty()) {

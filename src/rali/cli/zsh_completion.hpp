@@ -7,7 +7,7 @@
 namespace rali::cli {
 
 /// The completion script of zsh: a file `_rali` of $fpath, or to be sourced. Each option comes with
-/// what it does.
+/// its description.
 [[nodiscard]] std::string zsh_completion(const CommandList& commands);
 
 }  // namespace rali::cli

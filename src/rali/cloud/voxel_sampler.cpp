@@ -8,7 +8,7 @@ namespace rali::cloud {
 
 namespace {
 
-/// Cells of a few points, in flat arrays that the compiler can work on four at a time.
+/// Cells of a block of points, in flat arrays that the compiler can vectorise by four.
 struct Block {
   static constexpr std::size_t kSize = 64;
   float x[kSize], y[kSize], z[kSize];
@@ -17,7 +17,7 @@ struct Block {
   std::uint64_t key[kSize];
 };
 
-/// Fills cells and distances from the coordinates, kSize points whatever they are.
+/// Computes cells and distances from the coordinates; always kSize points.
 template <class Scale>
 void locate(Block& b, Scale scale) {
   for (std::size_t k = 0; k < Block::kSize; ++k) {
@@ -53,7 +53,7 @@ void load(const PointSpan& points, const std::uint32_t* indices, std::size_t n, 
 }  // namespace
 
 void VoxelSampler::prepare(std::size_t n) {
-  // Four points to a cell or more are expected; a table for less would not fit the cache.
+  // At least four points per cell are expected; a larger table would not fit the cache.
   slots_.assign(std::bit_ceil(std::max<std::size_t>(n / 2, 1024)), Slot{kFree, 0, 0.0F});
   used_.clear();
 }
@@ -83,7 +83,7 @@ inline void VoxelSampler::offer(std::uint64_t key, float distance2, std::uint32_
     }
     at = (at + 1) & mask;
   }
-  // Written so that it needs no jump: which point is nearer cannot be foreseen.
+  // Branch-free: which point is nearer cannot be predicted.
   Slot& slot = slots_[at];
   const bool nearer = distance2 < slot.distance2;
   slot.distance2 = nearer ? distance2 : slot.distance2;
@@ -122,7 +122,7 @@ void VoxelSampler::run(const PointSpan& points, std::span<const std::uint32_t> c
       load(points, candidates.data() + first, size, b);
     }
     locate(b, scale);
-    // All slots of the block are asked of the memory before the first is needed.
+    // Prefetches all slots of the block before the first is used.
     const std::uint64_t mask = slots_.size() - 1;
     for (std::size_t k = 0; k < Block::kSize; ++k) {
       b.key[k] = voxel_key(b.ix[k], b.iy[k], b.iz[k]);

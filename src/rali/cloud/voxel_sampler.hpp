@@ -52,19 +52,19 @@ class VoxelSampler {
   /// Cells are cubes of voxel_m. Appends to `out` the indices of the kept points, ascending.
   /// `candidates` empty: all points. Points must be finite and within +-2^20 voxels.
   ///
-  /// Range noise decides here which point of a cube is kept, and pulls the kept points towards
-  /// the cubes' centres: for drawing and merging, not for estimating. See sample_rays().
+  /// Range noise affects which point of a cube is kept and biases the kept points towards the
+  /// cubes' centres: for drawing and merging, not for estimation. See sample_rays().
   void sample(const PointSpan& points, std::span<const std::uint32_t> candidates, double voxel_m,
               std::vector<std::uint32_t>& out);
 
-  /// Cells are bundles of rays from the origin, spacing_m (to 0.7 spacing_m) wide where they meet
-  /// the surface, so that which point is kept says nothing about its range error. Points in the
-  /// sensor frame.
+  /// Cells are bundles of rays from the origin, spacing_m (to 0.7 spacing_m) wide at the surface.
+  /// The choice of the kept point is therefore independent of its range error. Points in the sensor
+  /// frame.
   void sample_rays(const PointSpan& points, std::span<const std::uint32_t> candidates,
                    double spacing_m, std::vector<std::uint32_t>& out);
 
  private:
-  /// A cell that holds a point: which one and how far it is from the cell's centre.
+  /// An occupied cell: the point and its distance from the cell's centre.
   struct Slot {
     std::uint64_t key;
     std::uint32_t point;

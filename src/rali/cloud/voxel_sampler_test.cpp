@@ -125,9 +125,9 @@ TEST(VoxelSampler, forgets_the_last_call_and_may_grow_and_shrink) {
   EXPECT_TRUE(none.empty());
 }
 
-// A wall 4 m ahead, seen under a grid of rays; only the ranges change. What is kept must be the
-// same rays, else the sampler would choose points by their noise and pull the wall to it. Cells
-// are cut at powers of sqrt(2) of the range: none of these ranges is near one.
+// A wall 4 m ahead, observed by a grid of rays; only the ranges change. The same rays must be kept.
+// Otherwise the sampler would select points by their noise and bias the wall towards the sensor.
+// Cells are split at powers of sqrt(2) of the range: none of these ranges is near one.
 TEST(VoxelSampler, which_ray_is_kept_does_not_depend_on_its_range_noise) {
   const auto wall = [](double noise_m) {
     Rng rng(9, "noise");
@@ -156,7 +156,7 @@ TEST(VoxelSampler, which_ray_is_kept_does_not_depend_on_its_range_noise) {
   EXPECT_GT(static_cast<double>(common.size()), 0.97 * static_cast<double>(clean.size()));
 }
 
-// The check of the sentence above: kept ranges have the mean of all ranges, cubes do not.
+// Verifies the above: the kept ranges have the mean of all ranges; with cubes they do not.
 TEST(VoxelSampler, kept_rays_have_no_bias_in_range) {
   double sum_m = 0.0;
   int n = 0;

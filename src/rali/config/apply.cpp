@@ -22,7 +22,7 @@ bool is_group(const FieldList& fields, const std::string& prefix) {
                      [&](const Field& field) { return begins_with(field.key, prefix); });
 }
 
-/// The names that may stand directly below `prefix`.
+/// The allowed names directly below `prefix`.
 std::vector<std::string> names_below(const FieldList& fields, std::string_view prefix) {
   std::set<std::string> names;
   for (const Field& field : fields) {
@@ -33,7 +33,7 @@ std::vector<std::string> names_below(const FieldList& fields, std::string_view p
   return {names.begin(), names.end()};
 }
 
-/// A key that exists, but elsewhere: its full name if its last part is the word or near it.
+/// A key that exists in another group: its full name if its last part equals or resembles the word.
 std::string elsewhere(const FieldList& fields, std::string_view word, std::string_view prefix) {
   const std::string room{prefix.substr(0, prefix.find('.') + 1)};
   std::vector<std::string> leaves, keys;

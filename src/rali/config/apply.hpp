@@ -4,17 +4,17 @@
 
 namespace rali::config {
 
-/// Puts the values of a YAML map into fields and notes where they came from. `prefix` ("" or
-/// ending with a dot) is the map's place among the fields. `origin` names the source of the
-/// values; empty: each value's own file and line.
+/// Stores the values of a YAML map in fields and records their origin. `prefix` ("" or ending with
+/// a dot) is the key of the map. `origin` names the source of the values; empty: each value's own
+/// file and line.
 /// Errors (kUsage, where = file:line): unknown key with the nearest name, everything of
 /// decode_field. Fields before the error are already changed.
 [[nodiscard]] Status apply_map(const Node& map, const std::string& prefix,
                                const std::string& origin, const FieldList& fields,
                                Origins& origins);
 
-/// `a.b.c=value` as the map it abbreviates, {a: {b: {c: value}}}; the value is YAML.
-/// Errors (kUsage, where = "command line"): no '=', an empty name, a value that is no YAML.
+/// Expands `a.b.c=value` to the map {a: {b: {c: value}}}; the value is YAML.
+/// Errors (kUsage, where = "command line"): no '=', an empty name, a value that is not YAML.
 [[nodiscard]] Result<Node> parse_assignment(std::string_view assignment);
 
 }  // namespace rali::config

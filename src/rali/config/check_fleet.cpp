@@ -22,7 +22,7 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 using NamePair = std::pair<std::string, std::string>;
 
-/// The same files under any name; empty if there are none.
+/// The same files under any path; empty if there are none.
 std::string shared_recording(const VehicleConfig& a, const VehicleConfig& b) {
   for (const std::string& one : a.recordings) {
     for (const std::string& other : b.recordings) {
@@ -100,8 +100,7 @@ class FleetChecker {
     return check_all_placed();
   }
 
-  /// Where frames are taken at a size, as the paper takes them, nothing but a prior can place
-  /// anybody.
+  /// With commit rule kAtSize, as in the paper, only a prior can initialise a vehicle's start pose.
   [[nodiscard]] Status check_all_placed() const {
     const fleet::FleetSettings& fleet = config_.settings.fleet;
     if (!fleet.join || fleet.init.commit.rule != fleet::CommitRule::kAtSize) return {};
@@ -123,8 +122,8 @@ class FleetChecker {
     return {};
   }
 
-  /// Parts of one recording, or two sensors in it, are two vehicles; the same sweeps are not. Parts
-  /// may overlap as if they were of other days: they are joined by what both have seen.
+  /// Parts of one recording, or two sensors in it, may be two vehicles; identical scans may not.
+  /// With separate clocks parts may overlap: they are joined by places that both have observed.
   [[nodiscard]] Status check_recordings() const {
     for (std::size_t j = 0; j < config_.vehicles.size(); ++j) {
       for (std::size_t i = 0; i < j; ++i) {
@@ -169,7 +168,7 @@ class FleetChecker {
                 fmt::format("Name it in vehicles.{}.antennas.", name.vehicle));
   }
 
-  /// Two start poses of one pair, within five sigma of their difference.
+  /// Checks that two start poses of one pair agree within five sigma of their difference.
   [[nodiscard]] Status agree(const PriorConfig& a, const PriorConfig& b) const {
     constexpr double kSigmas = 5.0;
     const PlacedPrior one = placed(a), two = placed(b);
@@ -188,7 +187,7 @@ class FleetChecker {
   }
 
   struct PlacedPrior {
-    std::string base, vehicle;  ///< in the order of their names
+    std::string base, vehicle;  ///< in order of their names
     geometry::SE3 T;
     double sigma_m = 0.0;
   };
@@ -205,7 +204,7 @@ class FleetChecker {
     if (p.base < p.vehicle) return p;
     std::swap(p.base, p.vehicle);
     p.T = p.T.inverse();
-    // Seen from the other end, an error of heading swings the place about.
+    // For the inverse pose, an error of heading moves the position too.
     p.sigma_m = std::hypot(p.sigma_m, prior.p_m.norm() * prior.sigma_deg * kRadPerDeg);
     return p;
   }

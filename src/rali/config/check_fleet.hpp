@@ -6,10 +6,10 @@
 
 namespace rali::config {
 
-/// What no single value tells: a vehicle without recording, a lower bound above the upper one, a
-/// name that is no vehicle. `name` is the file, for what has no line of its own.
-/// @param live the sensors are there: recordings are not needed
-/// Errors: kUsage, where = the line of the value that does not fit.
+/// Checks across several values: a vehicle without recording, a lower bound above the upper one, an
+/// unknown vehicle name. `name` is the file, for problems without a line of their own.
+/// @param live sensors supply the data: recordings are not needed
+/// Errors: kUsage, where = the line of the wrong value.
 [[nodiscard]] Status check_fleet(const FleetConfig& config, const std::string& name, bool live);
 
 }  // namespace rali::config

@@ -30,10 +30,11 @@ namespace rali::config {
 [[nodiscard]] CustomTarget known_word(std::string& value, std::string type,
                                       std::function<bool(const std::string&)> is_known);
 
-/// `path` as this process can open it, if it was written in a file of folder `base_dir`.
+/// Converts `path`, as written in a file of folder `base_dir`, to a path that this process can
+/// open.
 [[nodiscard]] std::string resolve_path(const std::string& path, const std::string& base_dir);
 
-/// The opposite: `path` as it has to be written in a file of folder `base_dir`.
+/// The inverse: `path` as it must be written in a file of folder `base_dir`.
 [[nodiscard]] std::string relative_path(const std::string& path, const std::string& base_dir);
 
 /// The error "KEY is VALUE; allowed is TYPE".

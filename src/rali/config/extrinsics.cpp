@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 constexpr double kMaxLever_m = 100.0;
-constexpr double kRotationTolerance = 2e-3;  // numbers copied with three decimals
-constexpr double kExact = 1e-9;              // below this nothing needs to be normalised
+constexpr double kRotationTolerance = 2e-3;  // allows numbers rounded to three decimals
+constexpr double kExact = 1e-9;              // below this no normalisation is needed
 
 struct PoseText {
   std::array<double, 3> xyz_m = {0.0, 0.0, 0.0};
@@ -152,9 +152,9 @@ std::string encode_extrinsics(const Extrinsics& extrinsics) {
   return spelling(pose, extrinsics.T.R.isIdentity(0.0) ? "" : "matrix");
 }
 
-void add_words(std::string& text, double value, double least, std::string_view positive,
+void add_words(std::string& text, double value, double minimum, std::string_view positive,
                std::string_view negative) {
-  if (std::abs(value) < least) return;
+  if (std::abs(value) < minimum) return;
   if (!text.empty()) text += ", ";
   text += fmt::format(fmt::runtime(value > 0.0 ? positive : negative), std::abs(value));
 }
@@ -179,16 +179,16 @@ CustomTarget extrinsics_target(Extrinsics& extrinsics, bool auto_allowed) {
 }
 
 std::string pose_in_words(const geometry::SE3& T_body_sensor) {
-  constexpr double kLeast_m = 0.005, kLeast_deg = 0.05;
+  constexpr double kMin_m = 0.005, kMin_deg = 0.05;
   std::string where;
-  add_words(where, T_body_sensor.p.x(), kLeast_m, "{:.2f} m forward", "{:.2f} m back");
-  add_words(where, T_body_sensor.p.y(), kLeast_m, "{:.2f} m left", "{:.2f} m right");
-  add_words(where, T_body_sensor.p.z(), kLeast_m, "{:.2f} m up", "{:.2f} m down");
+  add_words(where, T_body_sensor.p.x(), kMin_m, "{:.2f} m forward", "{:.2f} m back");
+  add_words(where, T_body_sensor.p.y(), kMin_m, "{:.2f} m left", "{:.2f} m right");
+  add_words(where, T_body_sensor.p.z(), kMin_m, "{:.2f} m up", "{:.2f} m down");
   const geometry::Vec3 rpy = geometry::rpy_from_rotation(T_body_sensor.R) / kRadPerDeg;
   std::string turned;
-  add_words(turned, rpy.z(), kLeast_deg, "turned {:.1f} deg left", "turned {:.1f} deg right");
-  add_words(turned, rpy.y(), kLeast_deg, "nose {:.1f} deg down", "nose {:.1f} deg up");
-  add_words(turned, rpy.x(), kLeast_deg, "rolled {:.1f} deg right", "rolled {:.1f} deg left");
+  add_words(turned, rpy.z(), kMin_deg, "turned {:.1f} deg left", "turned {:.1f} deg right");
+  add_words(turned, rpy.y(), kMin_deg, "nose {:.1f} deg down", "nose {:.1f} deg up");
+  add_words(turned, rpy.x(), kMin_deg, "rolled {:.1f} deg right", "rolled {:.1f} deg left");
   const std::string place =
       where.empty() ? "at the origin of the body" : where + " of the body's origin";
   return place + ", " + (turned.empty() ? "not turned" : turned);

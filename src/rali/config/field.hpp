@@ -17,17 +17,17 @@
 
 namespace rali::config {
 
-/// An enumeration whose type is forgotten.
+/// An enumeration with its type erased.
 struct ChoiceTarget {
   std::vector<std::string_view> names;
   std::function<std::size_t()> get;
   std::function<void(std::size_t)> set;
 };
 
-/// A value with a form of its own (a pose, `auto` or a number, a list).
+/// A value with its own syntax (a pose, `auto` or a number, a list).
 struct CustomTarget {
-  std::string type;  ///< what may stand there, for the manual
-  /// Takes the value. `key` is the full name, for messages.
+  std::string type;  ///< allowed values, for the manual
+  /// Stores the value. `key` is the full name, for messages.
   std::function<Status(const Node& node, const std::string& key)> decode;
   std::function<std::string()> encode;  ///< one line of YAML that decodes to the same value
 };
@@ -39,20 +39,20 @@ using Target = std::variant<double*, int*, std::size_t*, bool*, std::string*, st
 /// Public settings keep their names; unstable ones may change with any release.
 enum class Visibility { kUnstable, kPublic };
 
-/// One setting: its full name, where its value is, and what it may be.
+/// One setting: its full name, where its value is stored, and its allowed values.
 struct Field {
   std::string key;  ///< "odometry.imu_noise.gyro_radps_rthz"
   Target target;
-  double min = 0.0, max = 0.0;  ///< bounds of numbers, both allowed
+  double min = 0.0, max = 0.0;  ///< bounds of numbers, inclusive
   std::string help;
   Visibility visibility = Visibility::kUnstable;
-  std::string group_help = {};  ///< what the innermost group of the key is for
+  std::string group_help = {};  ///< purpose of the key's innermost group
 };
 
 using FieldList = std::vector<Field>;
 
-/// Where each value that is not a default comes from, by full key: "preset paper",
-/// "fleet.yaml:14", "command line".
+/// Origin of each value that is not a default, by full key: "preset paper", "fleet.yaml:14",
+/// "command line".
 using Origins = std::map<std::string, std::string>;
 
 /// The visitor of base/settings.hpp: turns a settings struct into a flat list of fields that
@@ -127,19 +127,19 @@ void collect_fields(std::string prefix, S& settings, FieldList& fields) {
   settings.visit(collector);
 }
 
-/// Puts a YAML value into a field.
-/// Errors (kUsage, where = where the value stands): wrong type, not a number, out of bounds,
+/// Stores a YAML value in a field.
+/// Errors (kUsage, where = position of the value): wrong type, not a number, out of bounds,
 /// not one of the names.
 [[nodiscard]] Status decode_field(const Field& field, const Node& node);
 
 /// The field's value as one line of YAML; decode_field of it gives the same value.
 [[nodiscard]] std::string encode_field(const Field& field);
 
-/// How a value that does not fit is told: "is 7.5", "is empty", "is a list of 2"; cut, so that a
-/// message stays one line.
+/// Describes a wrong value: "is 7.5", "is empty", "is a list of 2"; shortened, so that a message
+/// stays one line.
 [[nodiscard]] std::string describe_value(const Node& node);
 
-/// What may stand there: "0.1 to 10", "true or false", "robust, paper".
+/// The allowed values: "0.1 to 10", "true or false", "robust, paper".
 [[nodiscard]] std::string allowed_text(const Field& field);
 
 }  // namespace rali::config

@@ -21,7 +21,7 @@ inline constexpr ChoiceNames<4> kReturnsNames{"auto", "single", "strongest", "la
 
 struct LidarConfig {
   std::string topic = "auto";      ///< auto: the only cloud topic
-  wire::CloudFormatOptions cloud;  ///< keys of its fields stand beside `topic`
+  wire::CloudFormatOptions cloud;  ///< its keys are siblings of `topic`
   Returns returns = Returns::kAuto;
   Extrinsics T_body_lidar;
   std::optional<double> time_offset_s;  ///< added to LiDAR stamps; empty = auto
@@ -32,7 +32,7 @@ inline constexpr ChoiceNames<3> kAccelUnitNames{"auto", "m_s2", "g"};
 enum class GyroUnit { kAuto, kRadps, kDegps };
 inline constexpr ChoiceNames<3> kGyroUnitNames{"auto", "rad_s", "deg_s"};
 
-/// What the user knows better than the table of IMU models; empty = from the table.
+/// Noise values that override the table of IMU models; empty = from the table.
 struct ImuNoiseConfig {
   std::optional<double> accel_mps2_rthz, gyro_radps_rthz, accel_walk_mps3_rthz,
       gyro_walk_radps2_rthz;
@@ -54,7 +54,7 @@ struct AntennaConfig {
   geometry::Vec3 p_body_m = geometry::Vec3::Zero();
 };
 
-/// What `rali run` needs to know of one vehicle besides its sensors.
+/// What `rali run` needs about one vehicle besides its sensors.
 struct VehicleLiveConfig {
   std::string address;      ///< on the network of the fleet; empty = not given
   std::string serial_port;  ///< of a LinkTrack radio; empty = none
@@ -70,19 +70,20 @@ struct VehicleConfig {
   LidarConfig lidar;
   ImuConfig imu;
   std::vector<AntennaConfig> antennas = {{"uwb", geometry::Vec3::Zero()}};
-  /// xmin,xmax,ymin,ymax,zmin,zmax in body [m]: own structure, its points are left out.
+  /// xmin,xmax,ymin,ymax,zmin,zmax in body [m]: the vehicle's own structure; points in it are left
+  /// out.
   std::optional<std::array<double, 6>> self_box_m;
   VehicleLiveConfig live;
 };
 
-/// Who a radio number is: a vehicle and one of its antennas (empty = the first).
+/// The owner of a radio number: a vehicle and one of its antennas (empty = the first).
 struct RadioName {
   std::string vehicle, antenna;
 };
 
 struct RangeSource {
   std::string file, topic, serial_log;  ///< exactly one is set
-  std::string vehicle;                  ///< of a serial log: who recorded it
+  std::string vehicle;                  ///< of a serial log: the vehicle that recorded it
   std::map<std::int64_t, RadioName> ids;
 };
 
@@ -130,7 +131,7 @@ struct LiveConfig {
   std::string view_token_file;  ///< needed if view_bind is not loopback; empty = none
 };
 
-/// fleet.yaml, complete: what was not given has its default.
+/// fleet.yaml with defaults filled in.
 struct FleetConfig {
   int schema = 1;
   std::string preset = "robust";
@@ -144,11 +145,11 @@ struct FleetConfig {
   LiveConfig live;
   RoomSettings settings;
   Origins origins;                   ///< of every value that is not a default
-  std::vector<std::string> notices;  ///< sentences about keys with an old name
+  std::vector<std::string> notices;  ///< sentences about keys with old names
 };
 
 /// Every field of fleet.yaml as a flat list that points into `config`. Paths are encoded
-/// relative to `base_dir` and decoded against it; "" leaves them alone.
+/// relative to `base_dir` and decoded against it; "" leaves them unchanged.
 [[nodiscard]] FieldList fleet_fields(FleetConfig& config, const std::string& base_dir);
 
 }  // namespace rali::config

@@ -107,7 +107,7 @@ void range_fields(RangesConfig& ranges, const std::string& base_dir, FieldList& 
   v("limits_m", ranges.limits_m, 0.0, 10000.0, "shortest and longest range used [m]");
 }
 
-/// The map's voxel and grid are kept in the settings of room map, but named here.
+/// The map's voxel and grid are stored in the settings of module map, but their keys are here.
 void output_fields(OutputConfig& output, map::MapSettings& map, const std::string& base_dir,
                    FieldList& fields) {
   FieldCollector v("output.", fields);
@@ -190,8 +190,7 @@ FieldList fleet_fields(FleetConfig& config, const std::string& base_dir) {
   output_fields(config.output, config.settings.map, base_dir, fields);
   live_fields(config.live, base_dir, fields);
   collect_fields("settings.", config.settings, fields);
-  // One place for one thing: these are named under output:, under ranges: and under each vehicle's
-  // imu:.
+  // One key per value: these are named under output:, under ranges: and under each vehicle's imu:.
   std::erase_if(fields, [](const Field& field) {
     return field.key == "settings.map.voxel_m" || field.key == "settings.map.grid.cell_m" ||
            field.key == "settings.map.grid.z_m" || field.key == "settings.ranging.limits.near_m" ||

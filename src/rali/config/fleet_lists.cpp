@@ -4,7 +4,7 @@
 
 #include "rali/config/apply.hpp"
 #include "rali/config/codecs.hpp"
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 
 namespace rali::config {
 namespace {
@@ -79,7 +79,7 @@ Status check_source(const RangeSource& source, const Node& node, const std::stri
               "Give one of file, topic, serial_log.");
 }
 
-/// The fields that differ from an item without any, as a flow map.
+/// The fields that differ from a default item, as a flow map.
 std::string encode_item(const FieldList& fields, const FieldList& plain, std::size_t prefix) {
   std::string text = "{";
   for (std::size_t i = 0; i < fields.size(); ++i) {

@@ -4,7 +4,7 @@
 
 namespace rali::config {
 
-/// The lists and maps of fleet.yaml that have a form of their own.
+/// The lists and maps of fleet.yaml that have their own syntax.
 [[nodiscard]] CustomTarget antennas_target(std::vector<AntennaConfig>& antennas);
 [[nodiscard]] CustomTarget range_sources_target(std::vector<RangeSource>& sources,
                                                 const std::string& base_dir);

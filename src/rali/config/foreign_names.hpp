@@ -5,8 +5,8 @@
 
 namespace rali::config {
 
-/// For a name of an extrinsic as other systems write it (T_lidar_body, extrinsicRot,
-/// extrinsic_T, ...): which key to use here and whether to invert. Empty for any other name.
+/// For the name of an extrinsic in other systems (T_lidar_body, extrinsicRot, extrinsic_T, ...):
+/// which key to use here and whether to invert. Empty for any other name.
 [[nodiscard]] std::string foreign_name_remedy(std::string_view key);
 
 }  // namespace rali::config

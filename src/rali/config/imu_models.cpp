@@ -11,12 +11,12 @@ constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 
 struct ImuModel {
   std::string_view name;
-  double accel_ug_rthz;  // as data sheets state it
+  double accel_ug_rthz;  // unit of data sheets
   double gyro_dps_rthz;
 };
 
-// White noise as the data sheets give it. Only the MTi-1 was read there; the others are to be
-// checked. Data sheets do not state a bias walk: the defaults of the odometry hold for all.
+// White noise of the data sheets. Only the MTi-1 was read there; the others are to be checked. Data
+// sheets do not state a bias random walk: all models use the odometry's defaults.
 constexpr std::array kModels{
     ImuModel{"xsens_mti_30", 60.0, 0.03},
     ImuModel{"xsens_mti_1", 120.0, 0.007},

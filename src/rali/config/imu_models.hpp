@@ -7,7 +7,7 @@
 
 namespace rali::config {
 
-/// Names that vehicles.*.imu.model takes.
+/// Allowed values of vehicles.*.imu.model.
 [[nodiscard]] std::vector<std::string> imu_model_names();
 
 /// The noise of one vehicle's IMU: `noise` and `vibration_factor` where given, else the data sheet

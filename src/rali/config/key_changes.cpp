@@ -8,7 +8,7 @@
 namespace rali::config {
 namespace {
 
-/// Today's name of a key or group.
+/// The current name of a key or group.
 std::string current_key(std::span<const RenamedKey> renamed, std::string_view key) {
   std::string_view group, renamed_group;
   for (const RenamedKey& entry : renamed) {
@@ -32,7 +32,7 @@ struct Moved {
   Node value;
 };
 
-/// Puts a value at its place below `group`, unless one is there.
+/// Stores a value below `group`, unless the key exists already.
 void put(Node& group, std::string_view key, Node value) {
   Node* at = &group;
   for (std::size_t dot = key.find('.'); dot != std::string_view::npos; dot = key.find('.')) {
@@ -50,20 +50,20 @@ void put(Node& group, std::string_view key, Node value) {
     at = &*child;
     key.remove_prefix(dot + 1);
   }
-  // Something else in the place of a group is reported when the keys are applied.
+  // A value of another type in place of a group is reported when the keys are applied.
   if (at->kind != Node::Kind::kMap || at->find(key) != nullptr) return;
   value.key = std::string(key);
   at->children.push_back(std::move(value));
 }
 
-/// Takes the values with an old name out of a tree and puts them where they belong now; groups that
-/// become empty go too.
+/// Moves the values with an old name in a tree to their current keys; groups that become empty are
+/// removed.
 class OldKeys {
  public:
   OldKeys(const KeyChanges& changes, std::vector<std::string>& notices)
       : changes_(changes), notices_(notices) {}
 
-  /// @param prefix of the keys in `root`, with its dot; keys stay within it.
+  /// @param prefix of the keys in `root`, with its dot; keys keep this prefix.
   void rename(Node& root, const std::string& prefix) {
     std::vector<Moved> moved;
     take(root, prefix, moved);

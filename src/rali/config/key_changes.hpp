@@ -14,20 +14,20 @@ struct RenamedKey {
 };
 
 struct RemovedKey {
-  std::string_view key, reason;  ///< a group goes with all that it has
+  std::string_view key, reason;  ///< a group includes all its keys
 };
 
-/// How the keys of a file were called in an earlier version. A key of a renamed group that is not
-/// listed keeps its name within it. Maps in a list have the list's key: escorts.begin_s.
+/// Names of the keys of a file in an earlier version. A key of a renamed group that is not listed
+/// keeps its name within the group. Maps in a list have the list's key: escorts.start_s.
 struct KeyChanges {
   std::span<const RenamedKey> renamed;
   std::span<const RemovedKey> removed;
-  std::string_view prefix;  ///< before the keys in notices: "settings."
+  std::string_view prefix;  ///< prefix of the keys in notices: "settings."
 };
 
-/// Gives the values in `root` the names of today, and takes away those that have no meaning any
-/// more. Each gets one sentence in `notices`, with file and line and the new name. Where the new
-/// name stands there as well, it wins.
+/// Renames the values in `root` to the current names and removes those without meaning. Each gets
+/// one sentence in `notices`, with file and line and the new name. If the new name is present too,
+/// it takes precedence.
 void apply_key_changes(const KeyChanges& changes, Node& root, std::vector<std::string>& notices);
 
 }  // namespace rali::config

@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kMaxVehicles = 64;
 constexpr std::string_view kSettings = "settings.";
 
-/// Makes the vehicles that the file names, still with default values.
+/// Creates the vehicles that the file names, still with default values.
 Status make_vehicles(const Node& root, const std::string& name, FleetConfig& config) {
   const Node* const vehicles = root.find("vehicles");
   if (vehicles == nullptr || vehicles->kind != Node::Kind::kMap || vehicles->children.empty()) {
@@ -44,7 +44,7 @@ Status make_vehicles(const Node& root, const std::string& name, FleetConfig& con
   return {};
 }
 
-/// The preset that holds: of the command line, else of the file, else the default.
+/// The effective preset: of the command line, else of the file, else the default.
 Status choose_preset(const Node& root, const std::vector<Node>& assignments,
                      const Overrides& overrides, FleetConfig& config) {
   const auto take = [&](const Node& node, const std::string& origin) -> Status {
@@ -85,7 +85,7 @@ const Node* find_path(const Node& root, std::initializer_list<const char*> path)
   return node;
 }
 
-/// The carrier that holds sets defaults: what the file or the command line gives wins over them.
+/// The effective carrier sets defaults: the file and the command line take precedence over them.
 Status choose_carrier(const Node& root, const std::vector<Node>& assignments, FleetConfig& config) {
   const Node* chosen = find_path(root, {"settings", "odometry", "robust", "carrier"});
   for (const Node& assignment : assignments) {
@@ -107,7 +107,7 @@ Status choose_carrier(const Node& root, const std::vector<Node>& assignments, Fl
   return apply_map(*changes, std::string(kSettings), origin, fields, config.origins);
 }
 
-/// Rooms may be named without `settings.` on the command line.
+/// Module names may be used without `settings.` on the command line.
 std::string prefix_of_assignment(const Node& assignment, const FieldList& fields) {
   const std::string room = std::string(kSettings) + assignment.children.front().key + '.';
   const bool is_room = std::any_of(fields.begin(), fields.end(), [&](const Field& field) {
@@ -124,7 +124,7 @@ Status apply_assignments(const std::vector<Node>& assignments, FleetConfig& conf
     const Status status = apply_map(assignment, prefix, "command line", fields, config.origins);
     if (!status) return status;
   }
-  config.preset = chosen;  // --preset wins over --set preset=
+  config.preset = chosen;  // --preset overrides --set preset=
   return {};
 }
 
@@ -142,7 +142,7 @@ Result<FleetConfig> build(Node file, const std::string& name, const std::string&
     return fail(ErrorCode::kUsage, root.where, "this is no group of keys",
                 "Write at least `vehicles: {v1: {recording: FILE}}`.");
   }
-  // A wrong key is told before a missing vehicle: it is often the reason.
+  // A wrong key is reported before a missing vehicle, because it is often the cause.
   if (root.find("vehicles") == nullptr) {
     Origins unused;
     FleetConfig trial;

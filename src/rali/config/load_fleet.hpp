@@ -11,11 +11,11 @@ namespace rali::config {
 struct Overrides {
   std::string preset;                    ///< --preset; empty: not given
   std::vector<std::string> assignments;  ///< of --set, KEY=VALUE, in order
-  bool live = false;                     ///< the sensors are there: no recording is needed
+  bool live = false;                     ///< sensors supply the data: no recording is needed
 };
 
-/// Reads a fleet.yaml (or the settings.yaml of a run). Order of rule: defaults, preset, file,
-/// command line. `settings.` may be left out of a KEY: odometry.preset=paper.
+/// Reads a fleet.yaml (or the settings.yaml of a run). Increasing precedence: defaults, preset,
+/// file, command line. `settings.` may be left out of a KEY: odometry.preset=paper.
 /// Errors: kUsage with file:line (unknown key, value not allowed, no vehicle, no recording, names
 /// that do not fit each other), kInput (the file cannot be read).
 [[nodiscard]] Result<FleetConfig> load_fleet(const std::string& path, const Overrides& overrides);
@@ -31,16 +31,16 @@ struct Overrides {
 [[nodiscard]] Result<FleetConfig> fleet_of_recordings(const std::vector<std::string>& inputs,
                                                       const Overrides& overrides);
 
-/// The configuration of vehicles of which no more than the names is known.
+/// The configuration of vehicles of which only the names are known.
 /// Errors: as load_fleet.
 [[nodiscard]] Result<FleetConfig> fleet_of_names(const std::vector<std::string>& names,
                                                  const Overrides& overrides);
 
-/// A fleet.yaml that loads to the same configuration, each value with its origin. For a file in
-/// folder `dir`: paths are written relative to it.
+/// A fleet.yaml that loads to the same configuration, each value annotated with its origin. For a
+/// file in folder `dir`: paths are written relative to it.
 [[nodiscard]] std::string dump_fleet(const FleetConfig& config, const std::string& dir);
 
-/// Hash of every effective value; paths count as given.
+/// Hash of every effective value; paths are hashed as given.
 [[nodiscard]] std::uint64_t hash_fleet(const FleetConfig& config);
 
 enum class SettingsShown {
@@ -48,7 +48,7 @@ enum class SettingsShown {
   kAll,     ///< the unstable ones too, by group
 };
 
-/// Settings with default, what is allowed, and meaning, as a page.
+/// Settings with default, allowed values, and meaning, as a page.
 [[nodiscard]] std::string settings_manual(SettingsShown shown);
 
 }  // namespace rali::config

@@ -221,7 +221,7 @@ TEST(LoadFleet, the_first_vehicle_has_no_start_pose_in_itself) {
             std::string::npos);
 }
 
-// The twin stood in its own tracks: two vehicles, one truth told twice.
+// Two vehicles with the same scans would count the same measurements twice.
 TEST(LoadFleet, two_vehicles_do_not_share_their_sweeps) {
   EXPECT_EQ(error_of("vehicles: {v1: {recording: a}, v2: {recording: [b, a]}}"),
             "fleet.yaml:1: /data/run/a is the recording of both 'v1' and 'v2'. Give each its own, "
@@ -267,7 +267,7 @@ TEST(LoadFleet, antennas_have_names_and_are_few) {
   EXPECT_EQ(with(many), "");
   EXPECT_EQ(with(many + ", a16: {xyz_m: [0, 0, 0]}"),
             "fleet.yaml:1: vehicles.v1.antennas has 17 antennas; at most 16 are possible.");
-  // "1" in ranges.csv would be the second one of the list.
+  // "1" in ranges.csv would be ambiguous with the second antenna of the list.
   EXPECT_NE(with("1: {xyz_m: [0, 0, 0]}").find("is no name of an antenna"), std::string::npos);
 }
 
@@ -371,7 +371,7 @@ TEST(LoadFleet, imu_noise_comes_from_the_vehicle_else_from_the_model) {
   EXPECT_NEAR(sheet.gyro_radps_rthz, 1.22e-4, 1e-6);  // 0.007 deg/s
 }
 
-TEST(LoadFleet, a_pose_is_told_in_words) {
+TEST(LoadFleet, a_pose_is_reported_in_words) {
   geometry::SE3 T;
   T.p = geometry::Vec3(0.08, 0.0, 0.25);
   T.R = geometry::rotation_from_rpy(0.0, 0.0, 1.5 * 3.14159265358979 / 180.0);

@@ -26,12 +26,12 @@ TEST(OldKeys, settings_of_version_0_1_load_and_their_values_arrive) {
   const auto config = parse_fleet(settings_of_version_0_1(), "settings.yaml", "", {});
   ASSERT_TRUE(config) << config.error().message();
   const RoomSettings& s = config->settings;
-  EXPECT_EQ(s.ranging.mixture.doubt_m, 0.5);
-  EXPECT_EQ(s.ranging.finder.tell_sigmas, 4.0);
+  EXPECT_EQ(s.ranging.mixture.uncertainty_m, 0.5);
+  EXPECT_EQ(s.ranging.finder.report_sigmas, 4.0);
   EXPECT_EQ(s.ranging.finder.samples_max, 120) << "a key that keeps its name in a renamed group";
-  EXPECT_EQ(s.fleet.boundary.moved_sigma, 2.5);
-  EXPECT_EQ(s.fleet.boundary.kept, 50);
-  EXPECT_EQ(s.map.dynamic.pass_share, 0.3);
+  EXPECT_EQ(s.fleet.separator.moved_sigma, 2.5);
+  EXPECT_EQ(s.fleet.separator.kept, 50);
+  EXPECT_EQ(s.map.dynamic.pass_fraction, 0.3);
   EXPECT_EQ(s.odometry.robust.initialisation.rest.window_s, 2.0);
   EXPECT_EQ(s.odometry.robust.initialisation.rest_travel_max_m, 0.2);
   EXPECT_FALSE(s.ranging.sight.use);
@@ -77,7 +77,7 @@ TEST(OldKeys, yield_to_the_new_name) {
 }
 
 TEST(OldKeys, are_all_known_under_their_new_name) {
-  // A renamed key that leads nowhere would make the file of version 0.1 unreadable.
+  // A renamed key without a valid target would make the file of version 0.1 unreadable.
   const auto config = parse_fleet(settings_of_version_0_1(), "settings.yaml", "", {});
   ASSERT_TRUE(config) << config.error().message();
   const std::string written = dump_fleet(*config, "");

@@ -10,7 +10,7 @@ struct Preset {
   std::string_view yaml;
 };
 
-// A preset is what differs from the defaults of the settings structs, so that a diff shows it.
+// A preset lists only the differences from the defaults of the settings structs.
 constexpr std::array kPresets{
     Preset{"robust", R"(
 odometry:
@@ -41,8 +41,9 @@ fleet:
 )"},
 };
 
-// Bounds: walking and running people; drones of every kind. A person turns and steps aside, a drone
-// flies sideways, neither keeps a height above ground. A drone that hovers is not at rest.
+// Limits for walking and running people and for drones of every kind. A person turns and sidesteps,
+// a drone flies sideways; neither keeps a height above ground. A hovering drone is not at
+// standstill.
 constexpr std::array kCarriers{
     Preset{"handheld", R"(
 odometry:

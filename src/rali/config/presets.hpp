@@ -10,11 +10,11 @@ namespace rali::config {
 /// "robust, paper".
 [[nodiscard]] std::string preset_names_text();
 
-/// What the preset changes of `settings:`, as YAML over the defaults; empty for an unknown name.
+/// The changes of the preset to `settings:`, as YAML over the defaults; empty for an unknown name.
 [[nodiscard]] std::string_view preset_yaml(const std::string& name);
 
-/// What the carrier (odometry.robust.carrier) changes of `settings:`; empty for that of the
-/// defaults.
+/// The changes of the carrier (odometry.robust.carrier) to `settings:`; empty for the default
+/// carrier.
 [[nodiscard]] std::string_view carrier_yaml(const std::string& name);
 
 }  // namespace rali::config

@@ -101,7 +101,7 @@ constexpr std::array kGroups{
 
 constexpr std::string_view kVehicles = "vehicles.";
 
-/// Whether a vehicle's key has this part of the table after the name.
+/// Whether two keys of vehicles are the same after the vehicle's name.
 bool same_key(std::string_view listed, std::string_view key) {
   if (!listed.starts_with(kVehicles) || !key.starts_with(kVehicles)) return listed == key;
   const std::size_t after = key.find('.', kVehicles.size());

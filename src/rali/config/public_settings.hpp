@@ -6,14 +6,14 @@
 
 namespace rali::config {
 
-/// Settings that cure one symptom, in the words of someone who uses the map.
+/// Settings that address one symptom, in the words of a user of the map.
 struct SymptomGroup {
   std::string_view symptom;
   std::string_view advice;  ///< what to try first
   std::span<const std::string_view> keys;
 };
 
-/// All public settings by symptom; `v1` stands for each vehicle. They keep their names; all other
+/// All public settings by symptom; `v1` stands for each vehicle. Their names are stable; all other
 /// settings may change with any release. At most kPublicSettingsMax.
 [[nodiscard]] std::span<const SymptomGroup> public_settings();
 

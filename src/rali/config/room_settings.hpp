@@ -13,7 +13,7 @@ namespace rali::config {
 enum class CheckAction { kError, kWarn, kOff };
 inline constexpr ChoiceNames<3> kCheckActionNames{"error", "warn", "off"};
 
-/// What happens when the data contradicts what the user wrote.
+/// Reaction when the data contradict the user's settings.
 struct ChecksSettings {
   CheckAction extrinsics = CheckAction::kError;
 
@@ -24,14 +24,14 @@ struct ChecksSettings {
   }
 };
 
-/// What fleet.yaml's `settings:` may override, by room.
+/// The values that fleet.yaml's `settings:` may override, by module.
 struct RoomSettings {
   ChecksSettings checks;
   odometry::OdometrySettings odometry;
   map::MapSettings map;              ///< voxel and grid are set by fleet.yaml's `output:`
   ranging::RangingSettings ranging;  ///< sigma and limits are set by fleet.yaml's `ranges:`
-  fleet::FleetSettings fleet;        ///< its `ranging` is that of the room
-  fleet::NodeSettings mission;       ///< its `fleet` is made of the one above
+  fleet::FleetSettings fleet;        ///< its `ranging` is that of the module
+  fleet::NodeSettings mission;       ///< its `fleet` is copied from the one above
   vehicle::VehicleSettings vehicle;  ///< its own fields; odometry and calibration come from above
 
   template <class V>

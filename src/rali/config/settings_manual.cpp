@@ -60,7 +60,7 @@ std::string group_of(const std::string& key) {
   return dot == std::string::npos ? std::string() : key.substr(0, dot);
 }
 
-/// The public ones, by what they cure.
+/// The public settings, by symptom.
 std::vector<Section> by_symptom(const FieldList& all) {
   std::vector<Section> sections;
   for (const SymptomGroup& group : public_settings()) {
@@ -75,7 +75,7 @@ std::vector<Section> by_symptom(const FieldList& all) {
   return sections;
 }
 
-/// All of them, as they stand in a file.
+/// All settings, in the order of a file.
 std::vector<Section> by_group(const FieldList& all) {
   std::vector<Section> sections;
   std::vector<std::string> groups;

@@ -46,7 +46,7 @@ struct ToySettings {
   }
 };
 
-/// Applies YAML text to a toy and returns the error sentence, or "".
+/// Applies YAML text to a toy struct and returns the error sentence, or "".
 std::string try_apply(ToySettings& toy, std::string_view text, Origins* origins = nullptr) {
   FieldList fields;
   collect_fields("", toy, fields);

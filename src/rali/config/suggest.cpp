@@ -10,9 +10,9 @@ namespace rali::config {
 namespace {
 
 constexpr std::size_t kLongestWord = 64;  // longer ones are not typing mistakes
-constexpr std::size_t kMostListed = 10;
+constexpr std::size_t kMaxListed = 10;
 
-/// Edit distance where a swap of neighbours counts once (optimal string alignment).
+/// Edit distance that counts a swap of adjacent characters once (optimal string alignment).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), now(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;
@@ -31,7 +31,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return last[b.size()];
 }
 
-/// Distance of names: one that begins the other is near, since people leave out the unit.
+/// Distance of names: a prefix counts as near, since people leave out the unit.
 std::size_t name_distance(std::string_view word, std::string_view name) {
   const std::string_view shorter = word.size() < name.size() ? word : name;
   const std::string_view longer = word.size() < name.size() ? name : word;
@@ -43,13 +43,13 @@ std::size_t name_distance(std::string_view word, std::string_view name) {
 
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates) {
   if (word.empty() || word.size() > kLongestWord) return {};
-  const std::size_t most = std::max<std::size_t>(1, std::min<std::size_t>(3, word.size() / 3));
+  const std::size_t maximum = std::max<std::size_t>(1, std::min<std::size_t>(3, word.size() / 3));
   std::size_t best = std::numeric_limits<std::size_t>::max();
   std::string nearest;
   for (const std::string& candidate : candidates) {
     if (candidate.size() > kLongestWord) continue;
     const std::size_t distance = name_distance(word, candidate);
-    if (distance <= most && distance < best) {
+    if (distance <= maximum && distance < best) {
       best = distance;
       nearest = candidate;
     }
@@ -60,7 +60,7 @@ std::string nearest_name(std::string_view word, const std::vector<std::string>& 
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates) {
   const std::string nearest = nearest_name(word, candidates);
   if (!nearest.empty()) return fmt::format("Did you mean '{}'?", nearest);
-  if (candidates.empty() || candidates.size() > kMostListed) return {};
+  if (candidates.empty() || candidates.size() > kMaxListed) return {};
   return fmt::format("Known here: {}.", fmt::join(candidates, ", "));
 }
 

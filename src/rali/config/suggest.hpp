@@ -6,7 +6,7 @@
 
 namespace rali::config {
 
-/// The candidate that `word` most probably meant; empty if none is near. Ties: the first.
+/// The candidate most similar to `word`; empty if none is similar. Ties: the first.
 [[nodiscard]] std::string nearest_name(std::string_view word,
                                        const std::vector<std::string>& candidates);
 

@@ -20,7 +20,7 @@ std::vector<std::string> split_key(const std::string& key) {
   return parts;
 }
 
-/// A comment must stay on its line whatever a file was called.
+/// A comment must stay on one line, whatever a file name contains.
 std::string one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kCharactersMax = 32;
 
-/// One character: its bytes and its code point, 0 if they are no UTF-8.
+/// One character: its bytes and its code point, 0 if they are not UTF-8.
 struct Character {
   std::string_view bytes;
   std::uint32_t code = 0;
@@ -18,7 +18,7 @@ struct Character {
 
 /// Shortest form only, no surrogates (RFC 3629).
 std::uint32_t decoded(std::string_view bytes) {
-  constexpr std::array<std::uint32_t, 5> kLeast = {0, 0, 0x80, 0x800, 0x10000};
+  constexpr std::array<std::uint32_t, 5> kMin = {0, 0, 0x80, 0x800, 0x10000};
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(bytes[i]); };
   std::uint32_t code = byte(0) & (0xFFU >> (bytes.size() + 1));
   for (std::size_t i = 1; i < bytes.size(); ++i) {
@@ -26,7 +26,7 @@ std::uint32_t decoded(std::string_view bytes) {
     code = (code << 6U) | (byte(i) & 0x3FU);
   }
   const bool surrogate = code >= 0xD800 && code < 0xE000;
-  return code < kLeast[bytes.size()] || code > 0x10FFFF || surrogate ? 0 : code;
+  return code < kMin[bytes.size()] || code > 0x10FFFF || surrogate ? 0 : code;
 }
 
 Character first_of(std::string_view text) {
@@ -39,7 +39,7 @@ Character first_of(std::string_view text) {
   return code == 0 ? Character{text.substr(0, 1), 0} : Character{bytes, code};
 }
 
-/// Not seen, or a space of some kind.
+/// Invisible, or a space of some kind.
 bool is_unseen(std::uint32_t code) {
   struct Range {
     std::uint32_t first, last;

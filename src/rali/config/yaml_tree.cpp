@@ -16,7 +16,7 @@
 namespace rali::config {
 namespace {
 
-/// Leaves yaml-cpp's parser; never leaves this file.
+/// Exception to leave yaml-cpp's parser; always caught in this file.
 struct Refused {
   Error error;
 };
@@ -270,7 +270,7 @@ bool parse_double(std::string_view text, double& value) {
     value = -std::numeric_limits<double>::infinity();
     return true;
   }
-  // from_chars would also take "nan" and "infinity"; a digit is asked for.
+  // from_chars would also accept "nan" and "infinity"; a digit is required.
   if (text.find_first_of("0123456789") == std::string_view::npos) return false;
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
   return code == std::errc() && end == text.data() + text.size() && !std::isnan(value);

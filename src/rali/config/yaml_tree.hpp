@@ -13,8 +13,8 @@ struct Node {
   enum class Kind { kNull, kScalar, kSequence, kMap };
   Kind kind = Kind::kNull;
   std::string key;        ///< name within the parent map; empty elsewhere
-  std::string key_where;  ///< where the key stands, "fleet.yaml:14"
-  std::string where;      ///< where the value stands, "fleet.yaml:14" or "command line"
+  std::string key_where;  ///< position of the key, "fleet.yaml:14"
+  std::string where;      ///< position of the value, "fleet.yaml:14" or "command line"
   std::string text;       ///< of a scalar
   bool quoted = false;    ///< a scalar in quotes is text, never a number
   std::vector<Node> children;
@@ -23,9 +23,9 @@ struct Node {
   [[nodiscard]] const Node* find(std::string_view name) const;
 };
 
-/// Bounds on what a settings file may hold; hostile files end here.
+/// Limits for a settings file, against hostile files.
 inline constexpr std::size_t kMaxYamlBytes = 1U << 20U;
-inline constexpr std::size_t kMaxYamlNodes = 20000;  // aliases count with all they stand for
+inline constexpr std::size_t kMaxYamlNodes = 20000;  // an alias counts as all nodes it stands for
 inline constexpr int kMaxYamlDepth = 32;
 
 /// Parses one YAML document; an empty text is an empty map.

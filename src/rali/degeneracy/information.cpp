@@ -17,7 +17,7 @@ using geometry::Vec6;
 
 namespace {
 
-constexpr double kRelativeCut = 1e-6;  // eigenvalues below this share are rounding, not knowledge
+constexpr double kRelativeCut = 1e-6;  // eigenvalues below this fraction are rounding errors
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 Mat3 pseudo_inverse(const Mat3& S) {
@@ -33,7 +33,7 @@ Mat3 pseudo_inverse(const Mat3& S) {
   return out;
 }
 
-/// What is left of one 3x3 block when the other may move freely (Schur complement).
+/// Information of one 3x3 block with the other one marginalised (Schur complement).
 Mat3 decoupled(const Mat6& I, int block, int other) {
   const Mat3 cross = I.block<3, 3>(block, other);
   return I.block<3, 3>(block, block) -
@@ -45,7 +45,7 @@ Category category_of(double sigma, double full, double none) {
   return sigma > none ? Category::kNone : Category::kPartial;
 }
 
-/// Information that uncertain normals give by chance: a sum of squares, one of each plane.
+/// Information that uncertain normals give by chance: a sum of squares, one per plane.
 class Chance {
  public:
   double mean = 0.0;
@@ -55,9 +55,10 @@ class Chance {
     squares_ += expected * expected;
   }
 
-  /// One plane gives kappa times its expectation at most, which is (kappa - 1)/sqrt(2) sigma above
-  /// it; so many sigma above its own mean the sum of many is nearer to it. A young map with
-  /// inertial data, whose planes are wrong in common at a wrong speed, needs the factor.
+  /// Bound on the information by chance. One plane gives at most kappa times its expectation, which
+  /// is (kappa - 1)/sqrt(2) sigma above it. For independent planes, the same number of sigmas above
+  /// the mean of their sum is a smaller factor. In a young map with inertial data, a wrong speed
+  /// makes all planes wrong in common, so the factor is needed.
   [[nodiscard]] double at_most(double kappa, bool independent) const {
     return independent ? mean + (kappa - 1.0) * std::sqrt(squares_) : kappa * mean;
   }
@@ -68,14 +69,14 @@ class Chance {
 
 /// Information along v in a decoupled block, with the expected noise contribution removed.
 DirectionInfo direction(const Vec3& direction_odom, const Vec3& v, const Mat3& decoupled_block,
-                        const Mat3& full_block, double noise, double noise_most) {
+                        const Mat3& full_block, double noise, double noise_max) {
   DirectionInfo info;
   info.direction_odom = direction_odom;
   info.raw = std::max(0.0, v.dot(decoupled_block * v));
   const double coupled = v.dot(full_block * v);
-  const double share = coupled > 0.0 ? info.raw / coupled : 0.0;
-  info.noise = noise * share;
-  info.information = std::max(0.0, info.raw - noise_most * share);
+  const double fraction = coupled > 0.0 ? info.raw / coupled : 0.0;
+  info.noise = noise * fraction;
+  info.information = std::max(0.0, info.raw - noise_max * fraction);
   info.sigma = info.information > 0.0 ? 1.0 / std::sqrt(info.information)
                                       : std::numeric_limits<double>::infinity();
   return info;
@@ -97,7 +98,7 @@ Axes physical_axes(const Mat6& I, const Vec3& g_odom_mps2, const Axes& previous,
   const double spread = std::hypot(0.5 * (a - c), b);
   Axes axes;
   if (mean + spread <= settings.axis_ratio_min * (mean - spread)) {
-    // No direction stands out: keep the last ones, turned into today's horizontal plane.
+    // No direction stands out: keep the last axes, projected on the current horizontal plane.
     Vec3 axial = previous.col(0) - previous.col(0).dot(up) * up;
     if (axial.norm() < 1e-3) axial = h1;
     axes.col(0) = axial.normalized();
@@ -115,7 +116,7 @@ std::array<DirectionInfo, 6> direction_information(const Mat6& I,
                                                    std::span<const PlaneEvidence> planes,
                                                    const Mat3& R_odom_body, const Axes& axes,
                                                    const AwareSettings& settings) {
-  // Normals are only known to their covariance: a plane adds w v^T S v along v by chance alone.
+  // Normals are uncertain: by chance alone, a plane adds w v^T S v along v.
   std::array<Chance, 3> chance_t, chance_r;
   for (const PlaneEvidence& plane : planes) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -191,14 +192,14 @@ void CategoryFilter::apply(Report& report) {
     }
     report.directions[k].category = track.category;
   }
-  report.blind = false;
-  report.sigma_blind_m = 0.0;
+  report.degenerate = false;
+  report.sigma_degenerate_m = 0.0;
   for (std::size_t k = 0; k < 3; ++k) {
     const DirectionInfo& info = report.directions[k];
-    report.blind = report.blind || info.category == Category::kNone;
-    if (k == 0 || info.sigma > report.sigma_blind_m) {
-      report.sigma_blind_m = info.sigma;
-      report.blind_odom = info.direction_odom;
+    report.degenerate = report.degenerate || info.category == Category::kNone;
+    if (k == 0 || info.sigma > report.sigma_degenerate_m) {
+      report.sigma_degenerate_m = info.sigma;
+      report.degenerate_odom = info.direction_odom;
     }
   }
 }

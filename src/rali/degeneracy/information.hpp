@@ -21,9 +21,10 @@ struct AwareSettings {
   double full_deg = 0.1, none_deg = 0.5;
   int scans_to_worse = 2, scans_to_better = 5;
   double axis_ratio_min = 4.0;
-  /// No inertial data tell a person who walks along a corridor from a wall: a translation without
-  /// support is not known at all. And many planes come from one scan, with normals known to a
-  /// degree: what they tell by chance is the sum of many chances (Chance).
+  /// Without inertial data, points on a person walking along a corridor look like points on a wall,
+  /// so a translation without support counts as unobservable. A single scan also gives many planes
+  /// whose normals have sigmas of about a degree. Their information by chance is a sum of many
+  /// independent terms (Chance).
   bool lidar_alone = false;
 
   template <class V>
@@ -32,7 +33,7 @@ struct AwareSettings {
     v("kappa_supported", kappa_supported, 0.0, 100.0,
       "the same for a translation that has support");
     v("support_planes", support_planes, 0, 1000, "planes that support takes");
-    v("support_clusters", support_clusters, 0, kClustersMost, "places in which they must be");
+    v("support_clusters", support_clusters, 0, kClustersMax, "places in which they must be");
     v("cluster_m", cluster_m, 0.1, 10.0, "planes nearer to each other are in one place");
     v("full_m", full_m, 1e-4, 1.0, "sigma below: a direction is fully observable");
     v("none_m", none_m, 1e-3, 10.0, "sigma above: a direction is degenerate");
@@ -45,34 +46,35 @@ struct AwareSettings {
   }
 };
 
-/// Axial (least known horizontal), lateral and vertical, unit, right-handed, in odom. Columns.
+/// Axial (least observable horizontal), lateral and vertical, unit, right-handed, in odom. Columns.
 using Axes = geometry::Mat3;
 
-/// The physical directions of a scan. @param previous kept where no horizontal direction stands
-/// out. @param I information of the scan alone, boxplus order.
+/// The physical directions of a scan. @param previous kept if no horizontal direction has clearly
+/// less information. @param I information of the scan alone, boxplus order.
 [[nodiscard]] Axes physical_axes(const geometry::Mat6& I, const geometry::Vec3& g_odom_mps2,
                                  const Axes& previous, const AwareSettings& settings);
 
-/// Information along the six physical directions, what noise alone would give removed: kappa times
-/// its expectation, which no chance and few false planes exceed. Where several planes in several
-/// places hold a translation beyond doubt, less is enough and weak structure is kept.
-/// Order: axial, lateral, vertical; roll, pitch, yaw. Category is that of this scan alone.
+/// Information along the six physical directions after subtracting what noise alone would give:
+/// kappa times its expectation, a bound that neither chance nor a few false planes exceed. A
+/// translation supported by several planes in several clusters needs only kappa_supported, so weak
+/// structure is kept. Order: axial, lateral, vertical; roll, pitch, yaw. The category is that of
+/// this scan alone.
 [[nodiscard]] std::array<DirectionInfo, 6> direction_information(
     const geometry::Mat6& I, std::span<const PlaneEvidence> planes,
     const geometry::Mat3& R_odom_body, const Axes& axes, const AwareSettings& settings);
 
-/// Takes the spurious part out of a Gauss-Newton system: afterwards the information along each
-/// direction is its J and what is I-orthogonal to it is untouched; I stays positive
+/// Removes the spurious information from a Gauss-Newton system: afterwards the information along
+/// each direction is its J. Directions that are I-orthogonal to it are unchanged; I stays positive
 /// semidefinite (algorithms 2.4).
 void remove_spurious(geometry::Mat6& I, geometry::Vec6& b, const geometry::Mat3& R_odom_body,
                      std::span<const DirectionInfo, 6> directions);
 
-/// Classes over time: worse after a few scans, better after more (algorithms 3.3).
+/// Categories over time: worse after a few scans, better after more (algorithms 3.3).
 class CategoryFilter {
  public:
   explicit CategoryFilter(const AwareSettings& settings) : settings_(settings) {}
 
-  /// Replaces the categories by the filtered ones and fills blind, sigma and direction.
+  /// Replaces the categories by the filtered ones and sets degenerate, sigma and direction.
   void apply(Report& report);
 
  private:

@@ -31,7 +31,7 @@ PlaneEvidence plane(const Vec3& n, int points) {
 
 Mat6 information_of(const std::vector<PlaneEvidence>& planes) {
   Mat6 I = Mat6::Zero();
-  I.topLeftCorner<3, 3>() = 1e6 * Mat3::Identity();  // rotations known, and not coupled
+  I.topLeftCorner<3, 3>() = 1e6 * Mat3::Identity();  // rotations known and uncoupled
   for (const PlaneEvidence& p : planes) {
     I.block<3, 3>(3, 3) += p.weight * p.n_odom * p.n_odom.transpose();
   }
@@ -80,8 +80,8 @@ TEST(DirectionInformation, knows_nothing_along_a_corridor_without_end) {
 }
 
 TEST(DirectionInformation, does_not_take_noise_of_normals_for_knowledge) {
-  // Ten walls along x whose normals are off by their own sigma: what they seem to say about x is
-  // what chance alone gives.
+  // Ten walls along x whose normals are off by their own sigma: their information along x is what
+  // chance alone gives.
   std::vector<PlaneEvidence> planes;
   for (int k = 0; k < 10; ++k) {
     const double tilt = (k % 2 == 0 ? 1.0 : -1.0) * 0.01;
@@ -96,8 +96,8 @@ TEST(DirectionInformation, does_not_take_noise_of_normals_for_knowledge) {
 }
 
 TEST(DirectionInformation, of_a_lidar_alone_takes_chances_of_many_planes_as_a_sum) {
-  // 100 planes along the corridor tell w 1e-4 = 0.943 each by chance: 94.3 in all, and four times
-  // the root of their squares above it 132. Five times the mean are 472.
+  // 100 planes along the corridor give w 1e-4 = 0.943 each along x by chance: 94.3 in all. Four
+  // times the root of the sum of their squares above it is 132. Five times the mean is 472.
   std::vector<PlaneEvidence> planes(100, plane(Vec3::UnitY(), 100));
   for (const int end_planes : {0, 4}) {
     for (int k = 0; k < end_planes; ++k) {
@@ -130,11 +130,11 @@ TEST(DirectionInformation, of_a_lidar_alone_one_plane_in_one_place_may_be_a_pers
 }
 
 TEST(DirectionInformation, keeps_weak_structure_that_several_planes_in_several_places_show) {
-  // Long walls whose normals are uncertain, and four sides of niches that show 75 1/m^2 each.
+  // Long walls with uncertain normals, and four sides of niches that give 75 1/m^2 each.
   std::vector<PlaneEvidence> planes;
   for (int k = 0; k < 80; ++k) planes.push_back(plane(Vec3::UnitY(), 100));
   const double expected = 80.0 * 9434.0 * 1e-4;  // B_x = 75.5 1/m^2
-  const auto told = [&](double apart_m) {
+  const auto reported = [&](double apart_m) {
     auto all = planes;
     for (int k = 0; k < 4; ++k) {
       PlaneEvidence side = plane(Vec3::UnitX(), 1);
@@ -145,13 +145,13 @@ TEST(DirectionInformation, keeps_weak_structure_that_several_planes_in_several_p
     return direction_information(information_of(all), all, Mat3::Identity(), Axes::Identity(),
                                  AwareSettings{});
   };
-  // 4 x 75 = 300 1/m^2: more than 2 times what chance gives, less than 5 times.
-  const auto apart = told(5.0);
+  // 4 x 75 = 300 1/m^2: more than 2 times the chance information, less than 5 times.
+  const auto apart = reported(5.0);
   EXPECT_EQ(apart[0].planes, 4);
   EXPECT_EQ(apart[0].clusters, 4);
   EXPECT_NEAR(apart[0].noise, expected, 0.1);
   EXPECT_NEAR(apart[0].information, 300.0 - 2.0 * expected, 0.5);
-  const auto together = told(0.2);  // one thing that may move
+  const auto together = reported(0.2);  // a single object that may move
   EXPECT_EQ(together[0].planes, 4);
   EXPECT_EQ(together[0].clusters, 1);
   EXPECT_EQ(together[0].information, 0.0);
@@ -181,7 +181,7 @@ TEST(RemoveSpurious, downdates_to_nothing_as_worked_by_hand) {
   EXPECT_NEAR(c.I(3, 3), 0.25, 1e-12);
   EXPECT_NEAR(c.I(0, 3), 5.0, 1e-12);
   EXPECT_NEAR(c.I(0, 0), 100.0, 1e-12);
-  // u = (1, -0.05): u.b = 2.15 goes out of the translation, the rotation's share stays.
+  // u = (1, -0.05): u.b = 2.15 is removed from the translation, the rotation's part stays.
   EXPECT_NEAR(c.b(3), 2.0 - 2.15, 1e-12);
   EXPECT_NEAR(c.b(0), -3.0, 1e-12);
 }
@@ -233,7 +233,7 @@ TEST(RemoveSpurious, keeps_any_system_positive_semidefinite_and_its_solution_ran
     EXPECT_GT(Eigen::SelfAdjointEigenSolver<Mat6>(I).eigenvalues()[0], -1e-10 * largest);
     EXPECT_GT(Eigen::SelfAdjointEigenSolver<Mat6>(before - I).eigenvalues()[0], -1e-10 * largest);
     EXPECT_LT((I - I.transpose()).norm(), 1e-10 * largest);
-    EXPECT_LT((I * x - b).norm(), 1e-8 * largest);  // the minimum stays where it was
+    EXPECT_LT((I * x - b).norm(), 1e-8 * largest);  // the minimum is unchanged
     EXPECT_LE(information_along(I, axes.col(0)), directions[0].information + 1e-8 * largest);
   }
 }
@@ -248,7 +248,7 @@ TEST(PhysicalAxes, axial_is_the_least_known_horizontal_direction) {
   EXPECT_LT((axes.col(0) - along).norm(), 1e-12);
   EXPECT_LT((axes.col(1) - across).norm(), 1e-12);
   EXPECT_LT((axes.col(2) - Vec3::UnitZ()).norm(), 1e-12);
-  // The sign follows the last scan: an axis has two ends.
+  // The sign follows the last scan, because an axis has no sign of its own.
   Axes opposite = axes;
   opposite.col(0) *= -1.0;
   EXPECT_LT((physical_axes(I, kGravity, opposite, {}).col(0) + along).norm(), 1e-12);
@@ -294,12 +294,12 @@ TEST(CategoryFilter, worsens_after_two_scans_and_recovers_after_five) {
   const auto next = [&filter](Category c) {
     Report report = scan_with(c);
     filter.apply(report);
-    EXPECT_EQ(report.blind, report.directions[0].category == Category::kNone);
+    EXPECT_EQ(report.degenerate, report.directions[0].category == Category::kNone);
     return report.directions[0].category;
   };
   EXPECT_EQ(next(Category::kFull), Category::kFull);
   EXPECT_EQ(next(Category::kNone), Category::kFull);
-  EXPECT_EQ(next(Category::kFull), Category::kFull);  // one bad scan is forgotten
+  EXPECT_EQ(next(Category::kFull), Category::kFull);  // one bad scan does not change the category
   EXPECT_EQ(next(Category::kNone), Category::kFull);
   EXPECT_EQ(next(Category::kNone), Category::kNone);
   for (int k = 0; k < 4; ++k) EXPECT_EQ(next(Category::kFull), Category::kNone) << k;
@@ -310,9 +310,9 @@ TEST(CategoryFilter, reports_the_worst_translation) {
   CategoryFilter filter{AwareSettings{}};
   Report report = scan_with(Category::kNone);
   filter.apply(report);
-  EXPECT_TRUE(report.blind);
-  EXPECT_DOUBLE_EQ(report.sigma_blind_m, 0.5);
-  EXPECT_EQ(report.blind_odom, Vec3(Vec3::UnitX()));
+  EXPECT_TRUE(report.degenerate);
+  EXPECT_DOUBLE_EQ(report.sigma_degenerate_m, 0.5);
+  EXPECT_EQ(report.degenerate_odom, Vec3(Vec3::UnitX()));
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 using geometry::Mat3;
 using geometry::Vec3;
 
-// A direction that is less than half horizontal is not a horizontal direction (table 0.2).
+// A direction with a horizontal part below one half does not count as horizontal (table 0.2).
 constexpr double kHorizontalPartMin = 0.5;
 
 struct Moments {
@@ -40,7 +40,7 @@ Moments moments_of(std::span<const Vec3> normals, NormalSign sign) {
 }
 
 double ratio(double upper, double lower) {
-  // Rounding leaves an exact zero at +-1e-17: it must not become a large negative degree.
+  // Rounding turns an exact zero into +-1e-17, which must not become a large negative degree.
   if (lower <= 1e-15) return std::numeric_limits<double>::infinity();
   return std::max(0.0, upper) / lower;
 }
@@ -65,10 +65,10 @@ std::optional<Vec3> horizontal(const Vec3& e3, const Vec3& up) {
   return Vec3(flat / length);
 }
 
-/// The horizontal 2x2 block: its eigenvalues, the smaller first, and the direction of that.
+/// The horizontal 2x2 block: its eigenvalues, smaller first, and the eigenvector of the smaller.
 struct Horizontal {
   Eigen::Vector2d values;
-  Vec3 least;
+  Vec3 minimum;
 };
 
 Horizontal horizontal_block(const Mat3& S, const Vec3& up) {
@@ -88,7 +88,7 @@ std::optional<Vec3> direction_of(const Moments& moments, const Vec3& e3, const V
       return e3;
     case DegreeDirection::kMinHorizontal:
       if (!is_usable(up)) return std::nullopt;
-      return horizontal_block(moments.S, up.normalized()).least;
+      return horizontal_block(moments.S, up.normalized()).minimum;
     case DegreeDirection::kE3Xy:
       break;
   }

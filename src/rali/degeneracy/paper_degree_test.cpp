@@ -61,7 +61,7 @@ TEST(PaperDegree, changes_when_one_wall_changes_its_sign) {
   EXPECT_NEAR(d.degree, 0.04 / 0.018562, 2e-4);
   EXPECT_TRUE(d.degenerate);
   EXPECT_LT(angle_to_axis(d.e3_body, Vec3(0.0, 0.671, 0.741)), 1e-3);
-  // Projected on the horizontal plane it becomes the wall's own normal: the best known direction.
+  // Projected on the horizontal plane it becomes the wall's normal: the best observable direction.
   EXPECT_TRUE(d.direction_known);
   EXPECT_LT(angle_to_axis(d.direction_body, Vec3::UnitY()), 1e-9);
 }
@@ -84,7 +84,7 @@ TEST(PaperDegree, threshold_can_be_turned_round_for_many_rings) {
 }
 
 TEST(PaperDegree, of_the_horizontal_block_does_not_ask_for_the_ground) {
-  // T7 without and with ground: 0.80/0.04 = 20 along y and x, whatever the vertical says.
+  // T7 without and with ground: 0.80/0.04 = 20 along y and x, independent of the vertical.
   PaperDegreeSettings s;
   s.deg_above = 15.0;
   const PaperDegree d = paper_degree(corridor(), kUp, s);
@@ -92,8 +92,8 @@ TEST(PaperDegree, of_the_horizontal_block_does_not_ask_for_the_ground) {
   EXPECT_TRUE(d.degenerate);
   ASSERT_TRUE(d.direction_known);
   EXPECT_LT(angle_to_axis(d.direction_body, Vec3::UnitX()), 1e-9);
-  // A closed room whose ground is not seen: the vertical is the weakest, the room is not
-  // degenerate.
+  // A closed room whose ground is out of view: the vertical is the weakest direction, but the room
+  // is not degenerate.
   std::vector<Vec3> room;
   repeat(room, 50, Vec3::UnitX());
   repeat(room, 50, -Vec3::UnitX());
@@ -102,7 +102,7 @@ TEST(PaperDegree, of_the_horizontal_block_does_not_ask_for_the_ground) {
   const PaperDegree seen = paper_degree(room, kUp, s);
   EXPECT_NEAR(seen.degree, 1.0, 1e-12);
   EXPECT_FALSE(seen.degenerate);
-  // Without a vertical nothing is horizontal.
+  // Without an up vector there is no horizontal block.
   EXPECT_FALSE(paper_degree(room, Vec3::Zero(), s).known);
 }
 

@@ -4,14 +4,14 @@
 
 namespace rali::degeneracy {
 
-/// What becomes of the sign of the normals, which one plane leaves open (finding F4).
+/// How to treat the sign of the normals, which a single plane leaves ambiguous (finding F4).
 enum class NormalSign {
   kGiven,  ///< as the odometry delivers them (its setting paper.normal_sign: sensor or raw)
   kFree    ///< second moment without mean: n and -n count alike
 };
 inline constexpr ChoiceNames<2> kNormalSignNames{"given", "free"};
 
-/// Which eigenvalues make the degree.
+/// The eigenvalues whose ratio is the degree.
 enum class DegreeRatio {
   kL2L3,  ///< of the covariance, l1 >= l2 >= l3; as printed
   kL1L3,
@@ -20,15 +20,15 @@ enum class DegreeRatio {
 };
 inline constexpr ChoiceNames<4> kDegreeRatioNames{"l2_l3", "l1_l3", "l1_l2", "horizontal"};
 
-/// What is taken as the blind direction.
+/// The direction that is taken as degenerate.
 enum class DegreeDirection {
-  kE3Xy,          ///< e3 projected on the horizontal plane; none if less than half is left
-  kE3,            ///< e3 as it is
+  kE3Xy,  ///< e3 projected on the horizontal plane; none if the projection is shorter than 0.5
+  kE3,    ///< e3 as it is
   kMinHorizontal  ///< smallest eigenvector of the horizontal 2x2 block
 };
 inline constexpr ChoiceNames<3> kDegreeDirectionNames{"e3_xy", "e3", "min_horizontal"};
 
-/// The paper's detector: each open point of its text is a setting (algorithms.md table 0.2).
+/// The paper's detector: each ambiguity of its text is a setting (algorithms.md table 0.2).
 struct PaperDegreeSettings {
   NormalSign normal_sign = NormalSign::kGiven;
   DegreeRatio deg_ratio = DegreeRatio::kHorizontal;
@@ -49,7 +49,7 @@ struct PaperDegreeSettings {
     v("deg_min_normals", deg_min_normals, 0, 100000, "with fewer normals the degree is unknown");
   }
 
-  /// The settings with the odometry's `literal` resolved into the readings it stands for.
+  /// The settings with the odometry's `literal` replaced by the readings that it selects.
   [[nodiscard]] PaperDegreeSettings resolved(bool literal) const {
     PaperDegreeSettings out = *this;
     if (!literal) return out;

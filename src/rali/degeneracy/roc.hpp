@@ -4,27 +4,27 @@
 
 namespace rali::degeneracy {
 
-/// What a detector said about one scan and what was true.
+/// A detector's score for one scan, and the ground truth.
 struct Judged {
-  double score = 0.0;  ///< low = blind; may be infinite, not NaN
-  bool blind = false;  ///< the truth
+  double score = 0.0;       ///< low = degenerate; may be infinite, not NaN
+  bool degenerate = false;  ///< ground truth
 };
 
-/// How well scores separate, whatever the threshold.
+/// How well the scores separate degenerate from observable scans, over all thresholds.
 struct Roc {
-  int blind = 0, seen = 0;
-  double auc = 0.0;       ///< 1: always right, 0.5: coin, 0: always wrong; equal scores count half
-  double hit_at_5 = 0.0;  ///< share of the blind found where at most 5 % of the seen are called so
+  int degenerate = 0, seen = 0;
+  double auc = 0.0;  ///< 1: always right, 0.5: chance, 0: always wrong; equal scores count half
+  double hit_at_5 = 0.0;    ///< hit rate with at most 5 % false alarms
   double best_score = 0.0;  ///< threshold with the best mean of hit and 1 - false
 };
 
-/// Shares at one threshold: blind if score < threshold.
+/// Rates at one threshold: a scan is called degenerate if score < threshold.
 struct Rates {
-  double hit = 0.0;          ///< of the blind
-  double false_alarm = 0.0;  ///< of the seen
+  double hit = 0.0;          ///< fraction of the degenerate scans
+  double false_alarm = 0.0;  ///< fraction of the observable scans
 };
 
-/// With no blind or no seen scan the areas and shares are 0.
+/// Without degenerate scans, or without observable ones, areas and rates are 0.
 [[nodiscard]] Roc roc_of(std::span<const Judged> scans);
 
 [[nodiscard]] Rates rates_at(std::span<const Judged> scans, double threshold);

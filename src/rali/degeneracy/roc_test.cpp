@@ -9,14 +9,15 @@ namespace rali::degeneracy {
 namespace {
 
 TEST(Roc, of_five_scans_worked_by_hand) {
-  // Blind 1, 3; seen 2, 4, 5. Pairs in the right order: (1,2) (1,4) (1,5) (3,4) (3,5), one wrong.
+  // Degenerate 1, 3; observable 2, 4, 5. Right pairs: (1,2) (1,4) (1,5) (3,4) (3,5); one is wrong.
   const std::vector<Judged> scans{
       {5.0, false}, {1.0, true}, {3.0, true}, {2.0, false}, {4.0, false}};
   const Roc roc = roc_of(scans);
-  EXPECT_EQ(roc.blind, 2);
+  EXPECT_EQ(roc.degenerate, 2);
   EXPECT_EQ(roc.seen, 3);
   EXPECT_NEAR(roc.auc, 5.0 / 6.0, 1e-12);
-  EXPECT_NEAR(roc.hit_at_5, 0.5, 1e-12);  // the second blind one costs a third of the seen
+  EXPECT_NEAR(roc.hit_at_5, 0.5,
+              1e-12);  // to detect the second one, a third of the observable are false alarms
   EXPECT_NEAR(roc.best_score, 4.0, 1e-12);
   const Rates at = rates_at(scans, roc.best_score);
   EXPECT_NEAR(at.hit, 1.0, 1e-12);
@@ -37,7 +38,7 @@ TEST(Roc, tells_an_inverted_detector_from_a_coin) {
   EXPECT_EQ(roc_of(coin).auc, 0.5);
 }
 
-TEST(Roc, infinite_scores_are_the_most_seen) {
+TEST(Roc, infinite_scores_are_the_max_seen) {
   const double inf = std::numeric_limits<double>::infinity();
   const std::vector<Judged> scans{{inf, false}, {1.0, true}, {inf, false}};
   EXPECT_EQ(roc_of(scans).auc, 1.0);

@@ -15,7 +15,7 @@ bool faces(double along, double variance) {
 
 Support support_along(const Vec3& direction_odom, std::span<const PlaneEvidence> planes,
                       double cluster_m) {
-  std::array<Vec3, kClustersMost> first;
+  std::array<Vec3, kClustersMax> first;
   std::size_t clusters = 0;
   Support out;
   for (const PlaneEvidence& plane : planes) {

@@ -34,7 +34,7 @@ TEST(Support, of_a_vehicle_ahead_is_several_planes_in_one_place) {
   EXPECT_EQ(x.clusters, 1);
   const Support y = support_along(Vec3::UnitY(), planes, 1.5);
   EXPECT_EQ(y.planes, 20);
-  EXPECT_EQ(y.clusters, kClustersMost);  // a plane per metre: every second begins a cluster
+  EXPECT_EQ(y.clusters, kClustersMax);  // a plane per metre: every second one starts a cluster
 }
 
 TEST(Support, of_the_end_of_a_corridor_is_in_more_than_one_place) {
@@ -58,7 +58,7 @@ TEST(Support, needs_more_than_chance_and_more_than_a_grazing_angle) {
   };
   EXPECT_EQ(planes_of(0.19, 0.001), 0);
   EXPECT_EQ(planes_of(0.21, 0.001), 1);
-  // At 0.3 the sd of n.x is 0.954 tilt sd: three of them are 0.3 at 0.1048.
+  // At 0.3 the sd of n.x is 0.954 tilt sd: three of these are 0.3 at a tilt sd of 0.1048.
   EXPECT_EQ(planes_of(0.30, 0.104), 1);
   EXPECT_EQ(planes_of(0.30, 0.106), 0);
 }

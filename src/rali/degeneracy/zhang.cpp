@@ -10,7 +10,7 @@ using geometry::Mat6;
 ZhangFactors::ZhangFactors(const Mat6& JtJ) {
   const Mat6 H = JtJ.allFinite() ? JtJ : Mat6(Mat6::Zero());
   const Eigen::SelfAdjointEigenSolver<Mat6> all(H);
-  factors_ = all.eigenvalues().cwiseMax(0.0);  // rounding leaves an exact zero at +-1e-16
+  factors_ = all.eigenvalues().cwiseMax(0.0);  // rounding turns an exact zero into +-1e-16
   vectors_ = all.eigenvectors();
   const Mat3 shift = H.bottomRightCorner<3, 3>();
   const Eigen::SelfAdjointEigenSolver<Mat3> block(shift);

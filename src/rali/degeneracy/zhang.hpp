@@ -5,19 +5,19 @@
 namespace rali::degeneracy {
 
 /// Degeneracy factors of Zhang, Kaess, Singh (ICRA 2016): eigenvalues of J^T J of a registration in
-/// which every match counts 1. Kept for comparison and for odometry without a prior: the scale of a
-/// threshold depends on sensor, sampling and scene, and rotation and translation are mixed
+/// which every match has weight 1. Kept for comparison and for odometry without a prior: the scale
+/// of a threshold depends on sensor, sampling and scene, and rotation and translation are mixed
 /// (algorithms 3.5).
 class ZhangFactors {
  public:
   /// @param JtJ sum of h^T h with h = (p x n, n), boxplus order; symmetric, only its lower
-  ///        triangle is read. A matrix with values that are not finite is taken for zero.
+  /// triangle is read. A matrix with values that are not finite is treated as zero.
   explicit ZhangFactors(const geometry::Mat6& JtJ);
 
   /// Eigenvalues, smallest first, never below 0.
   [[nodiscard]] const geometry::Vec6& factors() const { return factors_; }
 
-  /// Smallest eigenvalue of the translation block: J^T J of a registration that may only shift.
+  /// Smallest eigenvalue of the translation block: J^T J of a registration with fixed rotation.
   [[nodiscard]] double translation() const { return translation_; }
 
   /// Its direction, unit, in the frame of the normals.
@@ -26,9 +26,9 @@ class ZhangFactors {
   /// Number of directions with a factor below the threshold.
   [[nodiscard]] int degenerate(double threshold) const;
 
-  /// Solution remapping: the projector V_f^-1 V_u that keeps of an update what lies along well
-  /// conditioned directions (V_u: rows of V_f below the threshold set to zero). With the prediction
-  /// as the starting point this is all of the paper's x = V_f^-1 V_p x_p + V_f^-1 V_u x_u.
+  /// Solution remapping: the projector V_f^-1 V_u that keeps the part of an update along well
+  /// conditioned directions (V_u: rows of V_f below the threshold set to zero). Starting from the
+  /// prediction, this is the paper's complete x = V_f^-1 V_p x_p + V_f^-1 V_u x_u.
   [[nodiscard]] geometry::Mat6 remapping(double threshold) const;
 
  private:

@@ -59,7 +59,7 @@ TEST(ZhangFactors, remapping_lets_pass_what_is_known_and_nothing_else) {
 }
 
 TEST(ZhangFactors, remapping_is_a_projector_for_directions_across_the_axes) {
-  // One wall at 45 degrees through the body's height: only the shift along (1, 1, 0) is known.
+  // One wall at 45 degrees at the body's height: only the shift along (1, 1, 0) is observable.
   Mat6 H = Mat6::Zero();
   const double r = std::sqrt(0.5);
   for (int k = 0; k < 8; ++k) add_match(H, Vec3(1.0, 1.0, 0.0), Vec3(-r, -r, 0.0));

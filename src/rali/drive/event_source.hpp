@@ -15,10 +15,10 @@ class EventSource {
  public:
   virtual ~EventSource() = default;
 
-  /// The next event in time order (late ones are left out and counted); empty at the end.
+  /// The next event in time order (late events are dropped and counted); empty at the end.
   [[nodiscard]] virtual Result<std::optional<vehicle::Event>> next() = 0;
 
-  /// 0 to 1.
+  /// Fraction of the input that has been read, 0 to 1.
   [[nodiscard]] virtual double progress() const = 0;
 };
 

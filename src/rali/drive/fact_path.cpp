@@ -18,14 +18,14 @@ using geometry::Vec3;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// A node of a vehicle's path, of whichever start.
+/// A node of a vehicle's path, with its start.
 struct Node {
   Time t;
   std::uint32_t epoch = 0;
   const fleet::Increment* step = nullptr;
 };
 
-/// Nothing is missing between two nodes, and they are in one map.
+/// True if no node is missing between two nodes, and both are in one map.
 bool is_next(const Node& a, const Node& b) {
   return a.epoch == b.epoch && !b.step->begins && b.step->node == a.step->node + 1;
 }
@@ -53,7 +53,7 @@ std::map<std::uint32_t, const fleet::KeyframePoints*> points_of(const FleetFacts
   return points;
 }
 
-/// When the vehicle measured a range that it held for sane, and to whom; by time.
+/// When the vehicle measured a range that it considered valid, and to which peer; by time.
 std::vector<std::pair<Time, VehicleId>> ranges_of(const FleetFacts::Member& member, VehicleId id) {
   std::vector<std::pair<Time, VehicleId>> ranges;
   for (const fleet::FactPtr& fact : member.facts) {
@@ -67,14 +67,14 @@ std::vector<std::pair<Time, VehicleId>> ranges_of(const FleetFacts::Member& memb
   return ranges;
 }
 
-/// The direction of travel that the LiDAR constrains least at a degenerate node, in odom.
+/// The direction that the LiDAR constrains least at a degenerate node, in odom.
 Vec3 least_known_odom(const fleet::Increment& step) {
   const Eigen::SelfAdjointEigenSolver<geometry::Mat3> eigen(
       step.lidar_information.bottomRightCorner<3, 3>());
   return eigen.info() == Eigen::Success ? Vec3(eigen.eigenvectors().col(0)) : Vec3::Zero();
 }
 
-/// Walks along a path and makes of it what the vehicle's software would have put out.
+/// Follows a path and reproduces the outputs of the vehicle's software.
 class PathFiller {
  public:
   PathFiller(const FleetFacts::Member& member, VehicleId id, const StartFrames& frames)
@@ -100,7 +100,7 @@ class PathFiller {
     return out;
   }
 
-  /// As it was last known; a fact does not say how well.
+  /// The last known gravity; a fact does not contain its covariance.
   [[nodiscard]] const std::optional<vehicle::GravityEstimate>& gravity() const { return gravity_; }
 
  private:
@@ -116,9 +116,9 @@ class PathFiller {
     turn.bottomRightCorner<3, 3>() = T_local_odom.R;
     pose.covariance = turn * step.covariance * turn.transpose();
     pose.at_rest = step.at_rest;
-    pose.degeneracy.blind = step.blind;
-    pose.degeneracy.sigma_blind_m = kUnknown;
-    if (step.blind) pose.degeneracy.blind_odom = T_local_odom.R * least_known_odom(step);
+    pose.degeneracy.degenerate = step.degenerate;
+    pose.degeneracy.sigma_degenerate_m = kUnknown;
+    if (step.degenerate) pose.degeneracy.degenerate_odom = T_local_odom.R * least_known_odom(step);
     for (; next_range_ < ranges_.size() && ranges_[next_range_].first <= node.t; ++next_range_) {
       pose.range_from = ranges_[next_range_].second;
     }
@@ -161,10 +161,10 @@ class PathFiller {
   std::optional<vehicle::GravityEstimate> gravity_;
 };
 
-/// What the facts of one vehicle are, as other inputs are reported.
-class ToldSource final : public ReportedSource {
+/// The input report of a vehicle that is given by facts.
+class FactPathSource final : public ReportedSource {
  public:
-  explicit ToldSource(InputReport report) : report_(std::move(report)) {}
+  explicit FactPathSource(InputReport report) : report_(std::move(report)) {}
 
   [[nodiscard]] const InputReport& report() const override { return report_; }
 
@@ -187,9 +187,9 @@ std::unique_ptr<ReportedSource> fact_source(const FleetFacts& facts, std::size_t
   report.files = facts.folders;
   report.T_body_lidar_origin = "the vehicle's facts";
   const std::vector<Node> nodes = nodes_of(author);
-  report.sweeps = nodes.size();
+  report.scans = nodes.size();
   if (!nodes.empty()) {
-    report.t_begin = nodes.front().t;
+    report.t_start = nodes.front().t;
     report.t_end = nodes.back().t;
   }
   report.has_imu =
@@ -201,7 +201,7 @@ std::unique_ptr<ReportedSource> fact_source(const FleetFacts& facts, std::size_t
     if (node.step->inertial) report.T_body_imu = node.step->inertial->T_body_imu;
   }
   report.gaps.damaged = author.missing > 0;
-  return std::make_unique<ToldSource>(std::move(report));
+  return std::make_unique<FactPathSource>(std::move(report));
 }
 
 Status fill_from_facts(const FleetFacts& facts, VehicleId id, const StartFrames& frames,

@@ -16,36 +16,37 @@
 
 namespace rali::drive {
 
-/// A vehicle's run from the facts that it sent to the fleet, in place of its sensors' data: a pose
-/// at each node of its path, the keyframes with their thinned points.
+/// A vehicle's run rebuilt from the facts that it sent to the fleet instead of sensor data: a pose
+/// at each node of its path, and the keyframes with their thinned points.
 
-/// Where the odom frames of a vehicle's starts lie in the one that its results are kept in, by
-/// epoch. Starts that are not joined to it are missing.
+/// Transforms of the odom frames of a vehicle's starts into the odom frame of its results, by
+/// epoch. Starts that are not connected to it are missing.
 using StartFrames = std::map<std::uint32_t, geometry::SE3>;
 
-/// What there is of a vehicle, as a source without events.
+/// The facts of a vehicle, as a source without events.
 [[nodiscard]] std::unique_ptr<ReportedSource> fact_source(const FleetFacts& facts,
                                                           std::size_t member);
 
-/// Chooses one frame for each vehicle: that of its first start in the largest group of vehicles,
-/// of groups of one size the start with the longest path. Starts that are not joined to it leave
-/// the estimate, with a Finding; what stays has one frame per vehicle, as that of recordings.
+/// Chooses one frame for each vehicle: that of its first start in the largest group of vehicles;
+/// among groups of equal size, the start with the longest path. Starts not connected to it are
+/// removed from the estimate, with a Finding. The result has one frame per vehicle, as with
+/// recordings.
 /// @return by number of the vehicle; empty for one without a path
 [[nodiscard]] std::vector<StartFrames> keep_one_frame_each(const FleetFacts& facts,
                                                            fleet::FleetEstimate& estimate,
                                                            FindingList& findings);
 
-/// Tells `run` the path of a vehicle. Errors: kMachine.
-/// @param id of the vehicle, its place in `facts`
+/// Adds the path of a vehicle to `run`. Errors: kMachine.
+/// @param id of the vehicle, its index in `facts`
 [[nodiscard]] Status fill_from_facts(const FleetFacts& facts, VehicleId id,
                                      const StartFrames& frames, VehicleRun& run);
 
-/// Every range that a vehicle reported, with what the joint map made of it, when the poses of the
-/// runs are final. One that fits and was not used, because others say the same, is `not_needed`.
+/// Logs every range that a vehicle reported, with its use in the joint map, when the poses of the
+/// runs are final. A consistent range that was not used because it is redundant is `not_needed`.
 void log_fact_ranges(const FleetFacts& facts, const std::vector<VehicleRun>& runs,
                      const fleet::FleetEstimate& estimate, RangeLog& log);
 
-/// A vehicle some of whose facts are in no folder; a vehicle without a fact.
+/// Findings for vehicles with facts that are in no folder, and for vehicles without a fact.
 [[nodiscard]] FindingList missing_findings(const FleetFacts& facts);
 
 }  // namespace rali::drive

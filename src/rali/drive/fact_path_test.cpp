@@ -40,7 +40,7 @@ fleet::KeyframePoints points(std::uint32_t keyframe) {
   return p;
 }
 
-/// A vehicle of two starts, each of two nodes, the first of which is a keyframe.
+/// A vehicle with two starts, each of two nodes, the first of which is a keyframe.
 FleetFacts two_starts() {
   const std::uint32_t later = fleet::first_keyframe_of(1);
   FleetFacts facts;
@@ -68,7 +68,7 @@ TEST(KeepOneFrameEach, starts_that_are_joined_share_the_frame_of_the_first) {
   const FleetFacts facts = two_starts();
   fleet::FleetEstimate estimate;
   estimate.groups = {{kSelf, kSelf}};
-  // The first start's odom is the map turned by 90 degrees; the second one's lies 5 m along y.
+  // The first start's odom is the map rotated by 90 degrees; the second one's is 5 m along y.
   estimate.frames = {frame_of(kSelf, 0, 0, {0, 0, 0}, std::numbers::pi / 2.0),
                      frame_of(kSelf, 1, 0, {0, 5, 0})};
   estimate.keyframes[{kSelf, 0}] = {};
@@ -161,34 +161,35 @@ TEST(FactPath, a_start_without_a_frame_is_left_out) {
 
 TEST(FactPath, a_degenerate_node_is_held_by_ranges_that_were_reported_lately) {
   const io::TestFolder folder;
-  fleet::Increment blind = node(1.0);
-  blind.blind = true;
-  blind.lidar_information.diagonal() << 1.0, 1.0, 1.0, 0.0, 9.0, 9.0;  // open along x
+  fleet::Increment degenerate = node(1.0);
+  degenerate.degenerate = true;
+  degenerate.lidar_information.diagonal() << 1.0, 1.0, 1.0, 0.0, 9.0, 9.0;  // unobservable along x
   fleet::RangeBlock block;
   block.ranges.resize(1);
   block.ranges[0].t = Time::from_s(1.9);
   block.ranges[0].from = kSelf;
   block.ranges[0].to = kPeer;
   FleetFacts facts = two_starts();
-  facts.members[0].facts = {fact(kSelf, 0, 0, 1.0, node(0.0, 0)), fact(kSelf, 0, 1, 2.0, blind),
-                            fact(kSelf, 0, 2, 9.0, blind), fact(kSelf, 0, 3, 2.0, block)};
+  facts.members[0].facts = {fact(kSelf, 0, 0, 1.0, node(0.0, 0)),
+                            fact(kSelf, 0, 1, 2.0, degenerate), fact(kSelf, 0, 2, 9.0, degenerate),
+                            fact(kSelf, 0, 3, 2.0, block)};
   VehicleRun run = VehicleRun::of_facts("v1", folder.path(), nullptr);
   ASSERT_TRUE(fill_from_facts(facts, kSelf, {{0, SE3{}}}, run));
   ASSERT_EQ(run.poses().size(), 3U);
   EXPECT_EQ(run.poses()[1].range_from, kPeer);
   EXPECT_EQ(run.poses()[1].held_by, HeldBy::kRange);
-  EXPECT_NEAR(std::abs(run.poses()[1].blind_odom.x()), 1.0, 1e-12);
+  EXPECT_NEAR(std::abs(run.poses()[1].degenerate_odom.x()), 1.0, 1e-12);
   EXPECT_EQ(run.poses()[2].held_by, HeldBy::kNothing) << "no range for 7 s";
 }
 
-TEST(ToldSource, reports_what_the_facts_hold) {
+TEST(FactPathSource, reports_what_the_facts_hold) {
   FleetFacts facts = two_starts();
   facts.members[0].missing = 2;
   const auto source = fact_source(facts, 0);
   const InputReport& report = source->report();
   EXPECT_EQ(report.vehicle, "v1");
-  EXPECT_EQ(report.sweeps, 5U);
-  EXPECT_EQ(report.t_begin, Time::from_s(1.0));
+  EXPECT_EQ(report.scans, 5U);
+  EXPECT_EQ(report.t_start, Time::from_s(1.0));
   EXPECT_EQ(report.t_end, Time::from_s(9.5));
   EXPECT_EQ(report.T_body_lidar.p.z(), 0.35);
   EXPECT_TRUE(report.has_imu);

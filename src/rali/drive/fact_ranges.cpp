@@ -16,11 +16,11 @@ using fleet::RangeEntry;
 using ranging::RangeReason;
 using ranging::RangeUse;
 
-/// A residual beyond so many sigmas contradicts the map.
+/// A residual beyond this many sigmas contradicts the map.
 constexpr double kSigmas = 3.0;
 
-/// Each measurement once, whichever of its ends reported it, by time. Where both did, the larger
-/// sigma counts.
+/// Each measurement once, whichever of its ends reported it, by time. If both did, the larger sigma
+/// is used.
 std::vector<RangeEntry> distinct_ranges(const FleetFacts& facts) {
   using Key = std::tuple<Time, VehicleId, VehicleId, std::uint8_t, std::uint8_t>;
   std::map<Key, RangeEntry> ranges;

@@ -20,13 +20,13 @@
 
 namespace rali::drive {
 
-/// A cloud or an inertial sample, by header and recorder.
+/// A cloud or an inertial sample, with header and record time.
 struct Message {
   bool cloud = false;
   double header_s = 0.0, record_s = 0.0;
 };
 
-/// For tests: an MCAP of a vehicle that stands on a floor: 10 Hz sweeps, 100 Hz inertial data.
+/// For tests: an MCAP of a vehicle at standstill on a floor: 10 Hz scans, 100 Hz inertial data.
 class FakeRecording {
  public:
   explicit FakeRecording(std::size_t chunk_bytes = 1U << 20)
@@ -48,10 +48,10 @@ class FakeRecording {
     m.cloud ? add_cloud(m.header_s, m.record_s) : add_imu(m.header_s, m.record_s);
   }
 
-  /// A sweep that ends at header_s + 0.09; the header names its start.
+  /// A scan that ends at header_s + 0.09; the header has its start.
   void add_cloud(double header_s, double record_s) {
     sensor::LidarScan scan;
-    scan.t_begin = Time::from_s(header_s);
+    scan.t_start = Time::from_s(header_s);
     scan.t_end = Time::from_s(header_s + 0.09);
     scan.has_point_times = scan.has_rings = true;
     scan.rings = 16;
@@ -68,7 +68,7 @@ class FakeRecording {
     write(cloud_, record_s, wire::encode(cloud.view, wire::Encoding::kCdr));
   }
 
-  /// v1 to v2 on /ranges; a stamp of 0 leaves it to the recorder.
+  /// v1 to v2 on /ranges; with a stamp of 0 the record time is used.
   void add_range(double header_s, double record_s) {
     if (!ranges_) ranges_ = channel("/ranges", "rali_msgs/msg/Range");
     wire::RangeMessage message;
@@ -79,7 +79,7 @@ class FakeRecording {
     write(*ranges_, record_s, wire::encode(message, wire::Encoding::kCdr));
   }
 
-  /// Stamps from `t0` on; `warp` may change the headers of either sensor.
+  /// Stamps start at `t0`; `warp` may change the headers of either sensor.
   template <class Warp>
   void add_seconds(double t0, double seconds, Warp warp) {
     const int steps = static_cast<int>(std::lround(seconds * 100.0));
@@ -120,11 +120,11 @@ class FakeRecording {
 inline double as_is(double t, bool) { return t; }
 
 struct Drained {
-  std::size_t sweeps = 0, imu = 0;
+  std::size_t scans = 0, imu = 0;
   std::vector<Time> ranges;
   bool ordered = true;
   Time first, last;
-  Time last_sweep, first_sweep;
+  Time last_scan, first_scan;
 };
 
 inline Drained drain(ReportedSource& source) {
@@ -143,8 +143,8 @@ inline Drained drain(ReportedSource& source) {
       d.ranges.push_back(t);
     } else {
       t = std::get<std::shared_ptr<const sensor::LidarScan>>(**event)->t_end;
-      if (d.sweeps++ == 0) d.first_sweep = t;
-      d.last_sweep = t;
+      if (d.scans++ == 0) d.first_scan = t;
+      d.last_scan = t;
     }
     if (!any) d.first = t;
     d.ordered &= !any || t >= d.last;

@@ -22,7 +22,7 @@ namespace {
 
 using ScanEvent = std::shared_ptr<const sensor::LidarScan>;
 
-/// When an event is due; a sweep at its last point, since nobody can have it earlier.
+/// When an event is due; a scan at its last point, since it is not complete earlier.
 Time time_of(const vehicle::Event& event) {
   if (const auto* imu = std::get_if<sensor::ImuSample>(&event)) return imu->t;
   if (const auto* scan = std::get_if<ScanEvent>(&event)) return (*scan)->t_end;
@@ -30,7 +30,7 @@ Time time_of(const vehicle::Event& event) {
   return {};
 }
 
-/// Order at one time.
+/// Order at equal times.
 constexpr int kImuRank = 0, kRangeRank = 1, kScanRank = 2, kEndRank = 3;
 
 int rank_of(const vehicle::Event& event) {
@@ -38,7 +38,7 @@ int rank_of(const vehicle::Event& event) {
   return std::holds_alternative<ScanEvent>(event) ? kScanRank : kRangeRank;
 }
 
-/// One vehicle on its way through its data.
+/// One vehicle's progress through its data.
 struct Track {
   FleetMember* member = nullptr;
   std::unique_ptr<ReadAhead> ahead;
@@ -53,7 +53,7 @@ struct Track {
   }
 };
 
-/// What a vehicle is told; a range to kBothEnds goes to both its vehicles.
+/// An event for a vehicle; a range to kBothEnds goes to both its vehicles.
 struct Letter {
   std::size_t to;
   vehicle::Event event;
@@ -61,8 +61,9 @@ struct Letter {
 
 constexpr std::size_t kFiles = static_cast<std::size_t>(-1), kBothEnds = kFiles;
 
-/// Reads the sources half a slot ahead of the vehicles: so long it can take until a range has met
-/// the other direction of its exchange, and still the vehicles get everything in order of time.
+/// Reads the sources half a slot ahead of the vehicles. A range takes up to that long to be paired
+/// with the other direction of its exchange, and the vehicles still receive everything in time
+/// order.
 class FleetLoop {
  public:
   FleetLoop(std::span<const sensor::RangeSample> ranges, const RangeOptions& range_options,
@@ -115,11 +116,11 @@ class FleetLoop {
   std::vector<Track> tracks_;
   std::size_t next_range_ = 0;
   std::optional<Time> newest_;  ///< of what was read
-  std::map<Key, Letter> due_;   ///< read, not yet handed out
+  std::map<Key, Letter> due_;   ///< read, not yet passed on
   std::uint64_t order_ = 0;
-  std::vector<SliceStep> reports_;  ///< of vehicles about themselves, for the next slice
-  std::vector<bool> ended_;         ///< by vehicle: it has got EndOfData
-  bool broken_ = false;             ///< the disk: nothing more can be taken
+  std::vector<SliceStep> reports_;  ///< peer states of vehicles, for the next slice
+  std::vector<bool> ended_;         ///< by vehicle: it has received EndOfData
+  bool broken_ = false;             ///< the disk failed: nothing more can be written
 };
 
 void FleetLoop::start(std::span<FleetMember> members) {
@@ -135,7 +136,7 @@ void FleetLoop::start(std::span<FleetMember> members) {
   for (std::size_t i = 0; i < tracks_.size(); ++i) fetch(i);
 }
 
-/// Whose event is read next; kFiles for the ranges of files, nothing at the end of all.
+/// Source of the event to be read next; kFiles for the ranges of files, empty at the end of all.
 std::optional<std::size_t> FleetLoop::oldest() const {
   using Head = std::tuple<Time, int, std::size_t>;
   std::optional<Head> best;
@@ -148,7 +149,7 @@ std::optional<std::size_t> FleetLoop::oldest() const {
   return best ? std::optional(std::get<2>(*best)) : std::nullopt;
 }
 
-/// Gets the vehicle's next event, or its end where there is none.
+/// Gets the vehicle's next event, or its end if there is none.
 void FleetLoop::fetch(std::size_t index) {
   Track& track = tracks_[index];
   track.next.reset();
@@ -163,7 +164,7 @@ void FleetLoop::fetch(std::size_t index) {
   put(index, track.t_last, kEndRank, {index, vehicle::EndOfData{}});
 }
 
-/// Reads one event; ranges meet their exchange.
+/// Reads one event; ranges are paired with their exchange.
 void FleetLoop::pull(std::size_t source) {
   if (source == kFiles) return take_range(ranges_[next_range_++]);
   vehicle::Event event = std::move(*tracks_[source].next);
@@ -192,7 +193,7 @@ void FleetLoop::take_range(const sensor::RangeSample& sample) {
   settle();
 }
 
-/// Puts what the pairer has decided in order.
+/// Puts the ranges that the pairer has decided into order.
 void FleetLoop::settle() {
   for (const ranging::PairedRange& range : paired_) {
     if (range.duplicate) {
@@ -208,7 +209,7 @@ void FleetLoop::put(std::size_t source, Time t, int rank, Letter letter) {
   due_.emplace(Key{t, rank, source, order_++}, std::move(letter));
 }
 
-/// Whole slices that are due before a time: nothing of them can come any more.
+/// Passes on the slices that end before a time: no more events of them can come.
 void FleetLoop::hand_out(Time before) {
   while (!due_.empty() && !broken_) {
     const Time end = std::get<Time>(due_.begin()->first) + kSlice;
@@ -217,8 +218,8 @@ void FleetLoop::hand_out(Time before) {
   }
 }
 
-/// Reports of the slice before come first, then events in order of time; a range goes to both its
-/// ends.
+/// Peer states of the previous slice come first, then events in time order; a range goes to both
+/// its ends.
 std::vector<SliceStep> FleetLoop::cut_slice(Time end) {
   std::vector<SliceStep> steps = std::exchange(reports_, {});
   const auto add = [&](std::size_t to, vehicle::Event event) {
@@ -246,7 +247,7 @@ void FleetLoop::work(std::vector<SliceStep> steps) {
   }
 }
 
-/// What followed from one event, to the disk, the map and the other vehicles.
+/// Passes the outputs of one event to the disk, the map and the other vehicles.
 void FleetLoop::take(const SliceStep& step) {
   Track& track = tracks_[step.vehicle];
   FleetMember& member = *track.member;
@@ -266,10 +267,10 @@ void FleetLoop::take(const SliceStep& step) {
   broken_ = true;
 }
 
-/// What was handed over is finished: the vehicle still works on waiting scans.
+/// Finishes the events that were passed on: the vehicle still processes waiting scans.
 void FleetLoop::end(std::size_t index) { work({{index, vehicle::EndOfData{}}}); }
 
-/// One vehicle's facts may withdraw another from the map.
+/// Shows the new findings of all vehicles: the facts of one may withdraw another from the map.
 void FleetLoop::show_findings() {
   for (Track& track : tracks_) {
     const FindingList& findings = track.member->findings;
@@ -277,7 +278,7 @@ void FleetLoop::show_findings() {
   }
 }
 
-/// What was told goes into the map while it is made, and the pose is told in it.
+/// Adds reported facts to the live map and publishes the pose in it.
 Status FleetLoop::place_in_map(FleetMember& member, const vehicle::OutputList& outputs) {
   if (live_ == nullptr) return {};
   for (const vehicle::Output& output : outputs) {
@@ -298,7 +299,7 @@ Status FleetLoop::place_in_map(FleetMember& member, const vehicle::OutputList& o
   return {};
 }
 
-/// What the outputs mean for the others and for the table of ranges.
+/// Passes outputs on to the other vehicles and to the table of ranges.
 void FleetLoop::follow(std::size_t index, const vehicle::OutputList& outputs) {
   Track& track = tracks_[index];
   const VehicleId self{static_cast<std::uint16_t>(index)};
@@ -315,7 +316,7 @@ void FleetLoop::follow(std::size_t index, const vehicle::OutputList& outputs) {
   }
 }
 
-/// What was handed over is finished, what was only read is left.
+/// Finishes the events that were passed on; those only read are dropped.
 void FleetLoop::interrupt() {
   for (std::size_t i = 0; i < tracks_.size() && !broken_; ++i) {
     if (ended_[i]) continue;

@@ -68,7 +68,7 @@ std::string word_of(const vehicle::Event& event) {
   return std::holds_alternative<vehicle::EndOfData>(event) ? "end" : "other";
 }
 
-/// A fleet whose vehicles only write down what they are told; "0 imu 1000" in `told`.
+/// A fleet whose vehicles only record their events; "0 imu 1000" in `reported`.
 struct Fleet {
   explicit Fleet(std::size_t n) : sources(n), log(names(n)) {
     options.antennas.assign(n, 1);
@@ -115,10 +115,10 @@ struct Fleet {
   std::function<void(std::size_t, const vehicle::Event&, vehicle::OutputList&)> answers;
   std::atomic<bool> stop{false};
   int threads = 1;
-  std::vector<std::string> told;
+  std::vector<std::string> reported;
   std::function<void(std::size_t, const std::string&)> note = [this](std::size_t i,
                                                                      const std::string& word) {
-    told.push_back(std::to_string(i) + ' ' + word);
+    reported.push_back(std::to_string(i) + ' ' + word);
   };
   std::vector<LoopEnd> ends;
 };
@@ -130,12 +130,12 @@ TEST(FleetLoop, vehicles_take_turns_by_the_time_of_their_data) {
   fleet.sources[0].events = {imu_at(1.0), imu_at(3.0)};
   fleet.sources[1].events = {imu_at(1.0), imu_at(2.0), imu_at(4.0)};
   fleet.run();
-  EXPECT_EQ(fleet.told, (Words{"0 imu 1000", "1 imu 1000", "1 imu 2000", "0 imu 3000", "0 end",
-                               "1 imu 4000", "1 end"}));
+  EXPECT_EQ(fleet.reported, (Words{"0 imu 1000", "1 imu 1000", "1 imu 2000", "0 imu 3000", "0 end",
+                                   "1 imu 4000", "1 end"}));
 }
 
 TEST(FleetLoop, reading_ahead_changes_nothing) {
-  Words told;
+  Words reported;
   for (const bool read_ahead : {false, true}) {
     Fleet fleet(2);
     for (int i = 0; i < 50; ++i) {
@@ -144,8 +144,8 @@ TEST(FleetLoop, reading_ahead_changes_nothing) {
       fleet.ranges.push_back(range(0.9 + 0.015 * i, i % 2, 1 - i % 2));
     }
     fleet.run({read_ahead, false, false});
-    if (!read_ahead) told = fleet.told;
-    EXPECT_EQ(fleet.told, told);
+    if (!read_ahead) reported = fleet.reported;
+    EXPECT_EQ(fleet.reported, reported);
     EXPECT_GT(fleet.log.tally().total, 40U);
   }
 }
@@ -155,9 +155,9 @@ TEST(FleetLoop, a_range_goes_to_its_two_ends_in_order_of_time_and_to_nobody_else
   for (ListedEvents& source : fleet.sources) source.events = {imu_at(1.0), imu_at(2.0)};
   fleet.ranges = {range(1.5, 2, 0)};
   fleet.run();
-  const Words middle(fleet.told.begin() + 3, fleet.told.begin() + 5);
+  const Words middle(fleet.reported.begin() + 3, fleet.reported.begin() + 5);
   EXPECT_EQ(middle, (Words{"0 range 1500", "2 range 1500"}));
-  EXPECT_EQ(std::count(fleet.told.begin(), fleet.told.end(), "1 range 1500"), 0);
+  EXPECT_EQ(std::count(fleet.reported.begin(), fleet.reported.end(), "1 range 1500"), 0);
 }
 
 TEST(FleetLoop, a_range_of_one_recording_reaches_the_other_vehicle_too) {
@@ -165,8 +165,8 @@ TEST(FleetLoop, a_range_of_one_recording_reaches_the_other_vehicle_too) {
   fleet.sources[0].events = {imu_at(1.0), range(1.2, 0, 1), imu_at(2.0)};
   fleet.sources[1].events = {imu_at(1.1), imu_at(1.3), imu_at(2.1)};
   fleet.run();
-  EXPECT_EQ(fleet.told, (Words{"0 imu 1000", "1 imu 1100", "0 range 1200", "1 range 1200",
-                               "1 imu 1300", "0 imu 2000", "0 end", "1 imu 2100", "1 end"}));
+  EXPECT_EQ(fleet.reported, (Words{"0 imu 1000", "1 imu 1100", "0 range 1200", "1 range 1200",
+                                   "1 imu 1300", "0 imu 2000", "0 end", "1 imu 2100", "1 end"}));
 }
 
 TEST(FleetLoop, the_others_hear_what_a_vehicle_says_of_itself_with_the_next_slice) {
@@ -179,12 +179,12 @@ TEST(FleetLoop, the_others_hear_what_a_vehicle_says_of_itself_with_the_next_slic
     out.emplace_back(vehicle::PeerStatus{VehicleId{1}, Time::from_s(1.0), true});
   };
   fleet.run();
-  EXPECT_EQ(fleet.told, (Words{"0 imu 500", "0 end", "1 imu 1000", "1 end", "2 imu 1000",
-                               "2 imu 1050", "2 peer 1 rests", "2 imu 1200", "2 end"}))
+  EXPECT_EQ(fleet.reported, (Words{"0 imu 500", "0 end", "1 imu 1000", "1 end", "2 imu 1000",
+                                   "2 imu 1050", "2 peer 1 rests", "2 imu 1200", "2 end"}))
       << "who has ended is told nothing";
 }
 
-// A run must not depend on how many threads there are.
+// A run must not depend on the number of threads.
 TEST(FleetLoop, vehicles_are_told_the_same_by_any_number_of_threads) {
   std::vector<Words> serial;
   for (const int threads : {1, 4}) {
@@ -218,7 +218,7 @@ TEST(FleetLoop, a_vehicle_that_fails_does_not_stop_the_others) {
   fleet.run();
   EXPECT_TRUE(fleet.ends[0].error);
   EXPECT_FALSE(fleet.ends[1].error);
-  EXPECT_EQ(fleet.told,
+  EXPECT_EQ(fleet.reported,
             (Words{"0 imu 1000", "0 end", "1 imu 1500", "1 range 1700", "1 imu 2000", "1 end"}));
 }
 
@@ -238,23 +238,23 @@ TEST(FleetLoop, what_can_be_no_range_is_refused_before_the_vehicles) {
   RangeSample second_antenna = range(1.4, 0, 1);
   second_antenna.to_antenna = 1;  // each has only one
   fleet.ranges = {range(1.1, 0, 1, 0.1), range(1.2, 0, 1, 201.0), range(1.3, 0, 7), second_antenna};
-  fleet.sources[0].events.push_back(range(0.2, 0, 1));  // 1.8 s too late
+  fleet.sources[0].events.push_back(range(0.2, 0, 1));  // 1.8 s late
   fleet.run();
   EXPECT_EQ(fleet.count(RangeReason::kOutOfLimits), 2U);
   EXPECT_EQ(fleet.count(RangeReason::kUnknownId), 2U);
   EXPECT_EQ(fleet.count(RangeReason::kLate), 1U);
-  for (const std::string& word : fleet.told) EXPECT_EQ(word.find("range"), std::string::npos);
+  for (const std::string& word : fleet.reported) EXPECT_EQ(word.find("range"), std::string::npos);
 }
 
 TEST(FleetLoop, both_directions_of_one_exchange_are_one_range_and_one_duplicate) {
   Fleet fleet(2);
   for (ListedEvents& source : fleet.sources) source.events = {imu_at(1.0), imu_at(3.0)};
-  // The first exchange shows that both directions are heard; from then on the mean is handed out.
+  // The first exchange shows that both directions arrive; from then on their mean is passed on.
   fleet.ranges = {range(1.100, 0, 1, 5.0), range(1.104, 1, 0, 5.1), range(2.000, 0, 1, 6.0),
                   range(2.004, 1, 0, 6.1), range(2.004, 1, 0, 6.1)};
   fleet.run();
   EXPECT_EQ(fleet.count(RangeReason::kDuplicate), 3U);
-  EXPECT_EQ(std::count(fleet.told.begin(), fleet.told.end(), "0 range 2002"), 1);
+  EXPECT_EQ(std::count(fleet.reported.begin(), fleet.reported.end(), "0 range 2002"), 1);
   EXPECT_EQ(fleet.log.tally().total, 5U) << "each stands in the table";
 }
 
@@ -267,7 +267,7 @@ TEST(FleetLoop, without_a_common_clock_there_are_no_ranges_and_no_words) {
     out.emplace_back(vehicle::PeerStatus{});
   };
   fleet.run({false, false, true});
-  EXPECT_EQ(fleet.told, (Words{"0 imu 1000", "0 end", "1 imu 90000000", "1 end"}));
+  EXPECT_EQ(fleet.reported, (Words{"0 imu 1000", "0 end", "1 imu 90000000", "1 end"}));
   EXPECT_EQ(fleet.count(RangeReason::kNoPose), 1U);
 }
 
@@ -281,7 +281,7 @@ TEST(FleetLoop, a_strict_run_ends_the_lost_vehicle_alone) {
     if (i == 0 && std::holds_alternative<sensor::ImuSample>(event)) out.emplace_back(pose);
   };
   fleet.run({false, true, false});
-  EXPECT_EQ(fleet.told, (Words{"0 imu 1000", "0 end", "1 imu 1000", "1 imu 2000", "1 end"}));
+  EXPECT_EQ(fleet.reported, (Words{"0 imu 1000", "0 end", "1 imu 1000", "1 imu 2000", "1 end"}));
 }
 
 TEST(FleetLoop, a_stop_finishes_every_vehicle) {
@@ -289,7 +289,7 @@ TEST(FleetLoop, a_stop_finishes_every_vehicle) {
   for (ListedEvents& source : fleet.sources) source.events = {imu_at(1.0), imu_at(2.0)};
   fleet.stop = true;
   fleet.run();
-  EXPECT_EQ(fleet.told, (Words{"0 end", "1 end"}));
+  EXPECT_EQ(fleet.reported, (Words{"0 end", "1 end"}));
   EXPECT_TRUE(fleet.ends[0].interrupted && fleet.ends[1].interrupted);
 }
 

@@ -13,7 +13,7 @@ bool has_lost_pose(const vehicle::OutputList& outputs) {
   });
 }
 
-/// The events of one vehicle among those of all.
+/// Runs the events of one vehicle among those of all.
 void run_one(const FleetMember& member, std::size_t vehicle, bool strict, Executor& executor,
              std::vector<SliceStep>& steps) {
   for (SliceStep& step : steps) {

@@ -16,10 +16,10 @@
 namespace rali::drive {
 namespace {
 
-constexpr std::size_t kSweeps = 10;
+constexpr std::size_t kScans = 10;
 constexpr std::size_t kImuSamples = 20000;
 constexpr double kProbeS = 3.0;
-/// Inertial data is handed out so far ahead of the sweeps that none waits for it.
+/// Inertial data is passed on this far ahead of the scans so that no scan waits for it.
 constexpr double kImuLeadS = 0.3;
 constexpr std::uint64_t kNamedErrors = 5;
 
@@ -54,7 +54,7 @@ class FolderEvents final : public ReportedSource {
 
   double progress() const override {
     return ended_ ? 1.0
-                  : static_cast<double>(sweeps_) / static_cast<double>(folder_.entries().size());
+                  : static_cast<double>(scans_) / static_cast<double>(folder_.entries().size());
   }
 
   const InputReport& report() const override { return report_; }
@@ -65,7 +65,7 @@ class FolderEvents final : public ReportedSource {
     Time t;
     const Result<bool> got = folder_.next(cloud, t);
     if (!got || !*got) return got;
-    ++sweeps_;
+    ++scans_;
     auto scan = std::make_shared<sensor::LidarScan>();
     if (Status s =
             wire::decode_cloud(cloud.view(t, "lidar"), report_.cloud_format, options_.cloud, *scan);
@@ -78,7 +78,7 @@ class FolderEvents final : public ReportedSource {
       return true;
     }
     const Duration offset = Duration::from_s(options_.lidar_time_offset.value_s);
-    scan->t_begin = scan->t_begin + offset;
+    scan->t_start = scan->t_start + offset;
     scan->t_end = scan->t_end + offset;
     push_imu_until(scan->t_end + Duration::from_s(kImuLeadS));
     outlet_.push(std::move(scan));
@@ -137,7 +137,7 @@ class FolderEvents final : public ReportedSource {
     f.id = "D19";
     f.vehicle = report_.vehicle;
     f.topic = folder_.path();
-    f.text = fmt::format("scan {} left out: {}", sweeps_, error.message());
+    f.text = fmt::format("scan {} left out: {}", scans_, error.message());
     report_.findings.push_back(std::move(f));
   }
 
@@ -163,17 +163,17 @@ class FolderEvents final : public ReportedSource {
   std::size_t known_findings_ = folder_.findings().size();
   std::optional<sensor::ImuSample> waiting_;
   std::optional<Time> last_imu_;
-  std::size_t sweeps_ = 0;
+  std::size_t scans_ = 0;
   bool exhausted_ = false, ended_ = false;
 };
 
-/// The first sweeps, decoded, with the format that was decided from them.
+/// The first scans, decoded with the format that was determined from them.
 Result<std::vector<sensor::LidarScan>> first_scans(io::ScanFolder& folder,
                                                    const InputOptions& options,
                                                    InputReport& report) {
   std::vector<io::CloudFile> clouds;
   std::vector<Time> times;
-  while (clouds.size() < kSweeps) {
+  while (clouds.size() < kScans) {
     io::CloudFile cloud;
     Time t;
     const Result<bool> got = folder.next(cloud, t);
@@ -209,8 +209,8 @@ Result<std::vector<sensor::LidarScan>> first_scans(io::ScanFolder& folder,
   return scans;
 }
 
-/// The samples of the first seconds. Read on until the sweeps begin, since a file that cannot give
-/// one sample to them would leave a map by LiDAR alone that its user takes for an inertial one.
+/// The samples of the first seconds. Reads on until the scans start: without a sample within the
+/// scans, the map would be by LiDAR alone while the user takes it for an inertial one.
 Result<std::vector<sensor::ImuSample>> first_imu(const std::string& path,
                                                  const io::ScanFolder& folder) {
   std::vector<sensor::ImuSample> samples;

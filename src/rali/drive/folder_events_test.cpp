@@ -24,7 +24,7 @@ std::string ring_of_points() {
   return bytes;
 }
 
-void write_sweeps(const io::TestFolder& folder) {
+void write_scans(const io::TestFolder& folder) {
   std::string times;
   for (int i = 0; i < 4; ++i) {
     folder.write(std::to_string(i) + ".bin", ring_of_points());
@@ -50,7 +50,7 @@ bool holds(const std::string& text, const char* part) {
 
 TEST(FolderEvents, refuse_inertial_data_that_gives_no_sample) {
   const io::TestFolder folder;
-  write_sweeps(folder);
+  write_scans(folder);
   folder.write("imu.csv", imu_rows(99.8, 0.01, "nan,nan,nan,nan,nan,nan"));
   EXPECT_TRUE(holds(refusal(folder), "0 of its 100 rows can be used")) << refusal(folder);
   folder.write("imu.csv", imu_rows(99.8, 0.01, "0,0,0,1e200,1e200,1e200"));
@@ -61,7 +61,7 @@ TEST(FolderEvents, refuse_inertial_data_that_gives_no_sample) {
 
 TEST(FolderEvents, refuse_inertial_data_of_another_time) {
   const io::TestFolder folder;
-  write_sweeps(folder);
+  write_scans(folder);
   folder.write("imu.csv", imu_rows(50.0, 0.01, "0,0,0,0,0,9.81"));
   EXPECT_TRUE(holds(refusal(folder), "before the first scan")) << refusal(folder);
   folder.write("imu.csv", imu_rows(500.0, 0.01, "0,0,0,0,0,9.81"));
@@ -88,7 +88,7 @@ void drain(ReportedSource& source) {
 
 TEST(FolderEvents, sort_inertial_rows_and_count_what_is_too_late_for_it) {
   const io::TestFolder folder;
-  write_sweeps(folder);
+  write_scans(folder);
   std::string rows = imu_rows(99.8, 0.01, "0,0,0,0,0,9.81");
   rows.insert(rows.find("100.5"), "99.855,0,0,0,0,0,9.81\n");   // 0.6 s late
   rows.insert(rows.find("100.2"), "100.155,0,0,0,0,0,9.81\n");  // within the window
@@ -124,9 +124,9 @@ TEST(FolderEvents, an_empty_cloud_is_a_missing_scan) {
   EXPECT_TRUE((*source)->report().gaps.damaged) << "exit code 3, as for a file that is cut";
 }
 
-TEST(FolderEvents, count_a_cut_sweep_as_damage) {
+TEST(FolderEvents, count_a_cut_scan_as_damage) {
   const io::TestFolder folder;
-  write_sweeps(folder);
+  write_scans(folder);
   folder.write("2.bin", ring_of_points().substr(0, 16 * 400 + 5));
   const auto source = open_folder_events(folder.path(), "", InputOptions{});
   ASSERT_TRUE(source) << source.error().message();

@@ -1,7 +1,8 @@
 #pragma once
 
-// A recording for tests of this room and above: a vehicle that stands for a second and then wobbles
-// along a furnished hall, seen by 16 rings at 10 Hz and an IMU at 200 Hz, with faults on demand.
+// A recording for tests of this room and above: a vehicle stands still for a second and then
+// wobbles along a furnished hall, with 16 rings at 10 Hz and an IMU at 200 Hz, and faults on
+// demand.
 
 #include <cmath>
 #include <limits>
@@ -23,9 +24,9 @@ struct HallRecording {
   double lidar_shift_s = 0.0;  ///< added to the LiDAR's stamps
   double gyro_factor = 1.0;
   double accel_factor = 1.0;
-  int gap_from = 0, gap_sweeps = 0;
+  int gap_from = 0, gap_scans = 0;
   double jump_at_s = 0.0, jump_s = 0.0;  ///< both sensors' stamps jump, the recorder's do not
-  double nan_share = 0.0;
+  double nan_fraction = 0.0;
   geometry::Mat3 R_body_lidar = geometry::Mat3::Identity();
   std::string second_cloud_topic;
   std::string range_topic;  ///< rali_msgs/Range from v1 to v2 at 10 Hz; empty: none
@@ -80,7 +81,7 @@ struct HallRecording {
     return nearest;
   }
 
-  [[nodiscard]] sensor::LidarScan sweep(int index, Rng& rng) const {
+  [[nodiscard]] sensor::LidarScan scan(int index, Rng& rng) const {
     sensor::LidarScan scan;
     const double begin = 0.1 * index;
     constexpr int kColumns = 400;
@@ -94,14 +95,14 @@ struct HallRecording {
                                std::cos(elevation) * std::sin(azimuth), std::sin(elevation)};
         const double range = distance(T.p, T.R * (R_body_lidar * d)) + 0.01 * rng.normal();
         const geometry::Vec3f p = (range * d).cast<float>();
-        const bool lost = rng.uniform() < nan_share;
+        const bool lost = rng.uniform() < nan_fraction;
         const float x = lost ? std::numeric_limits<float>::quiet_NaN() : p.x();
         scan.push_back(x, p.y(), p.z(), 10.0F, static_cast<float>(dt),
                        static_cast<std::uint16_t>(ring));
       }
     }
-    scan.t_begin = Time::from_s(kStart_s + begin) + Duration::from_s(lidar_shift_s);
-    scan.t_end = scan.t_begin + Duration::from_s(0.1);
+    scan.t_start = Time::from_s(kStart_s + begin) + Duration::from_s(lidar_shift_s);
+    scan.t_end = scan.t_start + Duration::from_s(0.1);
     scan.has_point_times = scan.has_rings = true;
     scan.rings = 16;
     return scan;
@@ -163,9 +164,9 @@ inline std::string HallRecording::write(const std::string& path) const {
       whole = whole && bag.write(ranges, now, range).has_value();
     }
     const int index = tick / 20 - 1;
-    if (index >= gap_from && index < gap_from + gap_sweeps) continue;
-    sensor::LidarScan scan = sweep(index, lidar_noise);
-    scan.t_begin = scan.t_begin + jumped;
+    if (index >= gap_from && index < gap_from + gap_scans) continue;
+    sensor::LidarScan scan = this->scan(index, lidar_noise);
+    scan.t_start = scan.t_start + jumped;
     scan.t_end = scan.t_end + jumped;
     const wire::PackedCloud packed = wire::pack_cloud(scan, "lidar", wire::CloudStyle::kVelodyne);
     const auto message = wire::encode(packed.view, wire::Encoding::kRos1);

@@ -2,16 +2,16 @@
 
 namespace rali::drive {
 
-void LoopProgress::report(double share, bool always) {
+void LoopProgress::report(double fraction, bool always) {
   const auto now = std::chrono::steady_clock::now();
   if (!always && now - last_ < std::chrono::milliseconds(100)) return;
   last_ = now;
   Progress progress;
   progress.vehicle = run_.name();
   progress.stage = "odometry";
-  progress.share = share;
+  progress.fraction = fraction;
   progress.path_m = run_.path_m();
-  progress.blind_share = run_.path_m() > 0.0 ? run_.blind_m() / run_.path_m() : 0.0;
+  progress.degenerate_fraction = run_.path_m() > 0.0 ? run_.degenerate_m() / run_.path_m() : 0.0;
   progress.ranges = run_.ranges();
   progress.ranges_used = run_.ranges_used();
   if (!run_.poses().empty()) {

@@ -6,14 +6,14 @@
 
 namespace rali::drive {
 
-/// Tells the sink how far a vehicle is, at most ten times per second of wall clock: printing must
-/// not cost time, and nothing here enters a result.
+/// Reports a vehicle's progress to the sink, at most ten times per second of wall clock: printing
+/// must not cost time, and nothing here enters a result.
 class LoopProgress {
  public:
   LoopProgress(ProgressSink& sink, const VehicleRun& run) : sink_(sink), run_(run) {}
 
-  /// @param always also before the tenth of a second is over
-  void report(double share, bool always);
+  /// @param always report even if the last report is less than a tenth of a second old
+  void report(double fraction, bool always);
 
  private:
   ProgressSink& sink_;

@@ -11,7 +11,7 @@
 namespace rali::drive::internal {
 
 /// As run_vehicles(), from the facts that the vehicles sent each other. The estimate comes first:
-/// it decides which of a vehicle's starts belong together.
+/// it decides which of a vehicle's starts are connected.
 Status MapRun::run_facts() {
   for (const Finding& f : job_.facts->findings) report(f);
   for (Finding& f : missing_findings(*job_.facts)) report(std::move(f));
@@ -20,7 +20,7 @@ Status MapRun::run_facts() {
                     "there is no odometry/, no live/ and no scan in session.mcap"));
   for (std::size_t i = 0; i < job_.vehicles.size(); ++i) {
     const InputReport& input = sources_[i]->report();
-    findings_told_.push_back(input.findings.size());
+    findings_reported_.push_back(input.findings.size());
     if (session_) session_->set_lidar(input.vehicle, input.T_body_lidar);
     runs_.push_back(VehicleRun::of_facts(input.vehicle, job_.out_dir, session_.get()));
     if (job_.point == OutputPoint::kLidar) runs_[i].set_point("lidar", input.T_body_lidar);
@@ -41,7 +41,7 @@ Status MapRun::fill_runs() {
   progress.stage = "fleet";
   sink_.progress(progress);
   const FleetFacts& facts = *job_.facts;
-  std::vector<ToldByVehicle> sent;
+  std::vector<ReportedByVehicle> sent;
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     sent.push_back({VehicleId{static_cast<std::uint16_t>(i)}, facts.members[i].facts,
                     sources_[i]->report().t_end, job_.vehicles[i].settings.path.rest_s});

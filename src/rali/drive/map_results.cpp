@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "rali/drive/internal/map_run_stages.hpp"
-#include "rali/drive/output/blind_findings.hpp"
+#include "rali/drive/output/degenerate_findings.hpp"
 #include "rali/drive/output/final_path.hpp"
 #include "rali/drive/output/imu_path.hpp"
 #include "rali/drive/output/map_files.hpp"
@@ -29,7 +29,7 @@ Status MapRun::write_results() {
       summary_.gaps = true;
     }
     summary_.gaps |= summary_.vehicles[i].diverged_s > 0.0;
-    for (Finding& f : blind_findings(runs_[i].poses(), runs_[i].name())) report(std::move(f));
+    for (Finding& f : degenerate_findings(runs_[i].poses(), runs_[i].name())) report(std::move(f));
     if (Status s = write_vehicle_files(runs_[i], job_.out_dir, names); !s) return s;
     if (Status s = write_imu_rate(i); !s) return s;
   }
@@ -43,7 +43,7 @@ Status MapRun::write_results() {
   return write_rounds();
 }
 
-/// trajectory/<v>.imu.tum, where it was asked for and there are samples.
+/// Writes trajectory/<v>.imu.tum, if requested and if there are samples.
 Status MapRun::write_imu_rate(std::size_t index) {
   if (!job_.imu_rate) return {};
   const VehicleRun& run = runs_[index];
@@ -56,8 +56,8 @@ Status MapRun::write_imu_rate(std::size_t index) {
                         summary_.vehicles[index].input.T_body_imu);
 }
 
-/// Checks that do not share the estimator's assumptions. What they contradict is stated less
-/// certain, and the files that state it are written once more.
+/// Checks that do not share the estimator's assumptions. Contradicted poses get larger covariances,
+/// and their files are written once more.
 Status MapRun::check_results() {
   Result<MonitorResult> checked = monitor_run(runs_, summary_.fleet, looks_, job_, *executor_);
   if (!checked) return tl::make_unexpected(checked.error());
@@ -85,7 +85,7 @@ Status MapRun::write_ranges() {
   return range_log_.write(job_.out_dir + "/ranges.csv");
 }
 
-/// Where the map lies on the site, by the marks over which its vehicles stood.
+/// Finds the pose of the map on the site, from the marks over which its vehicles stood.
 void MapRun::find_site(const std::vector<const VehicleRun*>& mapped) {
   if (job_.marks.empty()) return;
   std::vector<MarkPair> pairs;
@@ -133,7 +133,7 @@ Status MapRun::write_map() {
   return {};
 }
 
-/// What the vehicles did as a fleet.
+/// Writes the rounds of the fleet.
 Status MapRun::write_rounds() {
   const FleetRunView fleet{&runs_, mapped_runs(runs_, summary_.fleet), job_.out_dir};
   FindingList findings;
@@ -146,7 +146,7 @@ Status MapRun::write_rounds() {
   return {};
 }
 
-/// Without keyframes asked for, their clouds were only needed for the map.
+/// Unless keyframes are requested, their clouds were only needed for the map.
 void MapRun::forget_keyframes() {
   if (job_.write_keyframes) return;
   for (const VehicleRun& run : runs_) remove_keyframes(job_.out_dir, run.name(), run.keyframes());
@@ -154,7 +154,7 @@ void MapRun::forget_keyframes() {
   std::filesystem::remove(job_.out_dir + "/keyframes", ignored);
 }
 
-/// Numbers, settings, log and status: written for whole and for broken runs alike.
+/// Numbers, settings, log and status: written for complete and for failed runs.
 Status MapRun::close(const Status& so_far) {
   summary_.status = !so_far         ? RunStatus::kFailed
                     : interrupted_  ? RunStatus::kInterrupted
@@ -184,7 +184,7 @@ void MapRun::give_up(std::string_view fault) noexcept {
     session_.reset();  // unfinished files go before the folder is listed
     log_.line(fmt::format("internal fault: {}", fault));
     log_.line(status_name(RunStatus::kFailed));
-    // Whatever cannot be written: the fault itself is what the caller must hear of.
+    // Write errors are ignored: the caller must learn of the fault itself.
     static_cast<void>(log_.write(job_.out_dir, data_seconds(summary_)));
     static_cast<void>(write_status(job_.out_dir, status_name(RunStatus::kFailed), true));
   } catch (...) {

@@ -41,8 +41,8 @@ Status MapRun::open_sources() {
   return {};
 }
 
-/// Estimates what is asked for, for all vehicles side by side, and opens their sources once more
-/// with it.
+/// Estimates the requested time offsets, for all vehicles in parallel, and opens their sources once
+/// more with the results.
 Status MapRun::find_time_offsets() {
   std::vector<std::size_t> asked;
   for (std::size_t i = 0; i < sources_.size() && !job_.facts; ++i) {
@@ -57,9 +57,9 @@ Status MapRun::find_time_offsets() {
     progress.vehicle = jobs[k].input.vehicle;
     progress.stage = "time offset";
     jobs[k].input.lidar_time_offset =
-        estimate_time_offset(jobs[k], *executor_, threads_ > 1, [&](double share) {
+        estimate_time_offset(jobs[k], *executor_, threads_ > 1, [&](double fraction) {
           const std::lock_guard lock(reporting);
-          progress.share = share;
+          progress.fraction = fraction;
           sink_.progress(progress);
           return !stop_.load(std::memory_order_relaxed);
         });
@@ -86,7 +86,7 @@ Status MapRun::start_vehicles() {
   for (std::size_t i = 0; i < job_.vehicles.size(); ++i) {
     const InputReport& first = sources_[i]->report();
     for (const Finding& f : first.findings) report(f);
-    findings_told_.push_back(first.findings.size());
+    findings_reported_.push_back(first.findings.size());
     vehicles_.emplace_back(VehicleId{static_cast<std::uint16_t>(i)},
                            settings_with(job_.vehicles[i].settings, first));
     if (session_) session_->set_lidar(first.vehicle, first.T_body_lidar);
@@ -127,7 +127,7 @@ Status MapRun::run_vehicles() {
   return ended ? status : ended;
 }
 
-/// One map of all that the vehicles told.
+/// Joins all reported facts into one map.
 void MapRun::join_fleet() {
   Progress progress;
   progress.stage = "fleet";
@@ -150,9 +150,9 @@ Status MapRun::finish_vehicle(std::size_t index, const FleetMember& member) {
   vehicle.name = vehicle.input.vehicle;
   if (!job_.facts) take_measured(vehicles_[index], job_.vehicles[index].settings, vehicle);
   const FindingList& all = vehicle.input.findings;
-  for (std::size_t k = findings_told_[index]; k < all.size(); ++k) report(all[k]);
+  for (std::size_t k = findings_reported_[index]; k < all.size(); ++k) report(all[k]);
   const std::size_t posed = runs_[index].poses().size();
-  vehicle.sweeps_dropped = vehicle.input.sweeps > posed ? vehicle.input.sweeps - posed : 0;
+  vehicle.scans_dropped = vehicle.input.scans > posed ? vehicle.input.scans - posed : 0;
   summary_.gaps |= vehicle.input.gaps.damaged;
   interrupted_ |= member.end.interrupted;
   summary_.vehicles.push_back(std::move(vehicle));
@@ -163,7 +163,7 @@ Status MapRun::finish_vehicle(std::size_t index, const FleetMember& member) {
   return finished;
 }
 
-/// One vehicle's unreadable data are a gap as long as another has a result; a full disk is not.
+/// Unreadable data of one vehicle are a gap as long as another has a result; a full disk is not.
 Status MapRun::judge_ends(const std::vector<FleetMember>& members) {
   const Error* last = nullptr;
   std::size_t failed = 0;
@@ -187,7 +187,7 @@ Status MapRun::judge_ends(const std::vector<FleetMember>& members) {
 Result<MapSummary> MapRun::run() {
   summary_.out_dir = job_.out_dir;
   log_.line(job_.command_line);
-  // Inputs first: a run that cannot start leaves the folder as it was.
+  // Inputs first: a run that cannot start leaves the folder unchanged.
   if (Status s = open_sources(); !s) return tl::make_unexpected(s.error());
   if (Status s = prepare_out_dir(job_.out_dir, job_.overwrite); !s) {
     return tl::make_unexpected(s.error());
@@ -209,7 +209,7 @@ Result<MapSummary> MapRun::run_in_folder() {
   if (status) status = write_results();
   if (status && session_) status = session_->finish();
   if (status) forget_keyframes();
-  if (!status) session_.reset();  // its unfinished file gives room for what is small
+  if (!status) session_.reset();  // its unfinished file frees space for the small ones
   const Status closed = close(status);
   if (!status) return tl::make_unexpected(status.error());
   if (!closed) return tl::make_unexpected(closed.error());

@@ -23,7 +23,7 @@ class SilentSink final : public ProgressSink {
   void finding(const Finding& /*finding*/) override {}
 };
 
-/// A run over a short drive whose settings cannot be written for a fault in the program.
+/// A run over a short drive whose settings cannot be written because of an internal fault.
 MapJob faulty_job(const io::TestFolder& folder) {
   test::HallRecording recording;
   recording.duration_s = 1.0;

@@ -5,8 +5,8 @@
 
 namespace rali::drive {
 
-/// What a vehicle's filter has measured of its sensors, beside what the settings state: age of
-/// ranges at their stamps, noise of inertial data.
+/// Copies sensor properties measured by a vehicle's filter into the summary, beside those of the
+/// settings: stamp latency of ranges, noise of inertial data.
 void take_measured(const vehicle::Vehicle& vehicle, const vehicle::VehicleSettings& settings,
                    VehicleSummary& summary);
 

@@ -26,14 +26,14 @@ vehicle::VehicleSettings settings_with(vehicle::VehicleSettings settings,
   settings.has_imu = input.has_imu;
   settings.calibration.T_body_lidar = input.T_body_lidar;
   settings.calibration.T_body_imu = input.T_body_imu;
-  settings.calibration.lidar_time_offset_s = 0.0;  // applied to the stamps already
+  settings.calibration.lidar_time_offset_s = 0.0;  // already applied to the stamps
   return settings;
 }
 
 double data_seconds(const MapSummary& summary) {
   double sum_s = 0.0;
   for (const VehicleSummary& v : summary.vehicles) {
-    sum_s += seconds_between(v.input.t_begin, v.input.t_end);
+    sum_s += seconds_between(v.input.t_start, v.input.t_end);
   }
   return sum_s;
 }

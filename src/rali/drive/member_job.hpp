@@ -11,11 +11,11 @@ namespace rali::drive {
 
 [[nodiscard]] std::vector<std::string> vehicle_names(const MapJob& job);
 
-/// The vehicle's job with what the fleet knows.
+/// The vehicle's job, completed with what is known for the whole fleet.
 [[nodiscard]] VehicleJob member_job(const MapJob& job, std::size_t index,
                                     const std::shared_ptr<const RangeOptions>& ranges);
 
-/// The vehicle's settings with what its input has decided.
+/// The vehicle's settings, completed with the decisions about its input.
 [[nodiscard]] vehicle::VehicleSettings settings_with(vehicle::VehicleSettings settings,
                                                      const InputReport& input);
 

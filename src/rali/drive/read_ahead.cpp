@@ -41,7 +41,7 @@ class ReadAhead::Queue {
     changed_.wait(lock, [&] { return !items_.empty() || fault_; });
     if (items_.empty()) std::rethrow_exception(fault_);
     std::pair<Item, double> front = std::move(items_.front());
-    // The end stays in the queue: asking again gives the end again.
+    // The end stays in the queue: further calls return the end again.
     if (is_last(front.first)) {
       items_.front() = front;
       return front;
@@ -72,7 +72,7 @@ class ReadAhead::Queue {
         if (last) return;
       }
     } catch (...) {
-      // An assertion of ours: handed to the thread whose edge catches it.
+      // An internal assertion: passed to the thread whose caller catches it.
       const std::lock_guard lock(mutex_);
       fault_ = std::current_exception();
       changed_.notify_all();

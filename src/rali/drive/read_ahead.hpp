@@ -6,10 +6,9 @@
 
 namespace rali::drive {
 
-/// Reads and decodes on a thread of its own while the vehicle works. The events and their order
-/// are those of `source`; at most kScans sweeps wait, so memory stays bounded.
-/// The destructor stops the thread; `source` must outlive this object and must not be used
-/// meanwhile.
+/// Reads and decodes on a thread of its own while the vehicle works. The events and their order are
+/// those of `source`; at most kScans scans wait, so memory stays bounded. The destructor stops the
+/// thread; `source` must outlive this object and must not be used meanwhile.
 class ReadAhead final : public EventSource {
  public:
   static constexpr std::size_t kScans = 8;
@@ -18,7 +17,7 @@ class ReadAhead final : public EventSource {
   ~ReadAhead() override;
 
   [[nodiscard]] Result<std::optional<vehicle::Event>> next() override;
-  /// Of what was handed out, not of what was read ahead.
+  /// Of the events returned, not of those read ahead.
   [[nodiscard]] double progress() const override;
 
  private:

@@ -9,7 +9,7 @@
 namespace rali::drive {
 namespace {
 
-/// Sweeps with rising stamps, then the end, an error or a fault.
+/// Scans with rising stamps, then the end, an error or a fault.
 class Counter final : public EventSource {
  public:
   explicit Counter(int n, int fault_at = -1) : n_(n), fault_at_(fault_at) {}

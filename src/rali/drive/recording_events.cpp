@@ -60,7 +60,7 @@ class RecordingEvents final : public ReportedSource {
   void handle(const RecordedMessage& message) {
     if (message.file != file_) {
       file_ = message.file;
-      reader_.begin_file(chain_.clock_was_set(message.file));
+      reader_.start_file(chain_.clock_was_set(message.file));
     }
     reader_.take(message, outlet_, report_);
   }

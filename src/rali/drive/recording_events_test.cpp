@@ -23,7 +23,7 @@ TEST(RecordingEvents, ranges_of_a_named_topic_come_in_between_and_change_nothing
   const io::TestFolder folder;
   FakeRecording recording;
   recording.add_seconds(1000.0, 4.0, as_is);
-  recording.add_range(1003.905, 1003.92);  // 65 ms late, and beside it all sensor data
+  recording.add_range(1003.905, 1003.92);  // 65 ms late, with all sensor data beside it
   recording.add_seconds(1004.0, 2.0, as_is);
   recording.add_range(1004.005, 1006.0);  // 2 s late
   recording.add_seconds(1006.0, 1.0, as_is);
@@ -39,7 +39,7 @@ TEST(RecordingEvents, ranges_of_a_named_topic_come_in_between_and_change_nothing
   ASSERT_TRUE(plain);
   const Drained p = drain(**plain);
   EXPECT_TRUE(p.ranges.empty()) << "a topic that no source names is not read";
-  EXPECT_EQ(p.sweeps, d.sweeps);
+  EXPECT_EQ(p.scans, d.scans);
   EXPECT_EQ(p.imu, d.imu);
   EXPECT_EQ((*source)->report().gaps.late, (*plain)->report().gaps.late);
 }
@@ -66,7 +66,7 @@ TEST(RecordingEvents, hands_out_everything_once_and_in_order) {
   const auto source = open_recording_events({recording.save(folder)}, {});
   ASSERT_TRUE(source) << source.error().message();
   const Drained d = drain(**source);
-  EXPECT_EQ(d.sweeps, 60U);
+  EXPECT_EQ(d.scans, 60U);
   EXPECT_EQ(d.imu, 600U);
   EXPECT_TRUE(d.ordered);
   const InputReport& report = (*source)->report();
@@ -75,7 +75,7 @@ TEST(RecordingEvents, hands_out_everything_once_and_in_order) {
   EXPECT_TRUE(report.has_imu);
   EXPECT_EQ(report.gaps.late + report.gaps.jumps + report.gaps.repeated, 0U);
   EXPECT_FALSE(report.gaps.damaged);
-  EXPECT_NEAR(d.last_sweep.s(), 1005.99, 2e-3);
+  EXPECT_NEAR(d.last_scan.s(), 1005.99, 2e-3);
 }
 
 TEST(RecordingEvents, keeps_start_duration_and_the_time_offset) {
@@ -91,8 +91,8 @@ TEST(RecordingEvents, keeps_start_duration_and_the_time_offset) {
   const Drained d = drain(**source);
   EXPECT_NEAR(d.first.s(), 1002.0, 1e-6);
   EXPECT_LE(d.last.s(), 1003.0 + 1e-6);
-  EXPECT_NEAR(static_cast<double>(d.sweeps), 10.0, 1.0);
-  EXPECT_NEAR(std::fmod(d.first_sweep.s() - 1000.0, 0.1), 0.015, 2e-3) << "0.09 + 0.025 s";
+  EXPECT_NEAR(static_cast<double>(d.scans), 10.0, 1.0);
+  EXPECT_NEAR(std::fmod(d.first_scan.s() - 1000.0, 0.1), 0.015, 2e-3) << "0.09 + 0.025 s";
 }
 
 TEST(RecordingEvents, closes_a_clock_jump_of_both_sensors_alike) {
@@ -102,7 +102,7 @@ TEST(RecordingEvents, closes_a_clock_jump_of_both_sensors_alike) {
   const auto source = open_recording_events({recording.save(folder)}, {});
   ASSERT_TRUE(source);
   const Drained d = drain(**source);
-  EXPECT_EQ(d.sweeps, 80U);
+  EXPECT_EQ(d.scans, 80U);
   EXPECT_LT(d.last.s(), 1008.5) << "the jump is closed";
   EXPECT_TRUE(d.ordered);
   EXPECT_EQ((*source)->report().gaps.jumps, 2U) << "seen once by each sensor";
@@ -119,7 +119,7 @@ TEST(RecordingEvents, takes_record_time_for_an_imu_on_a_boot_clock) {
   EXPECT_EQ((*source)->report().imu_stamp, "record");
   EXPECT_EQ((*source)->report().lidar_stamp, "header");
   const Drained d = drain(**source);
-  EXPECT_EQ(d.sweeps, 50U);
+  EXPECT_EQ(d.scans, 50U);
   EXPECT_EQ(d.imu, 500U);
   EXPECT_GT(d.first.s(), 1.69e9);
 }
@@ -132,8 +132,8 @@ TEST(RecordingEvents, takes_record_time_for_headers_of_zero) {
   ASSERT_TRUE(source);
   EXPECT_EQ((*source)->report().lidar_stamp, "record");
   const Drained d = drain(**source);
-  EXPECT_EQ(d.sweeps, 50U);
-  EXPECT_NEAR(d.last_sweep.s(), 1004.995, 0.01);
+  EXPECT_EQ(d.scans, 50U);
+  EXPECT_NEAR(d.last_scan.s(), 1004.995, 0.01);
 }
 
 TEST(RecordingEvents, scales_an_imu_in_g) {
@@ -156,7 +156,7 @@ TEST(RecordingEvents, reads_two_recordings_in_a_row_and_counts_the_pause) {
       open_recording_events({first.save(folder, "a.mcap"), second.save(folder, "b.mcap")}, {});
   ASSERT_TRUE(source);
   const Drained d = drain(**source);
-  EXPECT_EQ(d.sweeps, 80U);
+  EXPECT_EQ(d.scans, 80U);
   EXPECT_NEAR((*source)->report().gaps.missing_s, 6.0, 0.2);
   EXPECT_EQ((*source)->report().gaps.jumps, 0U);
 }
@@ -171,8 +171,8 @@ TEST(RecordingEvents, goes_on_to_the_cut_and_says_that_data_is_missing) {
   const auto source = open_recording_events({path}, {});
   ASSERT_TRUE(source) << source.error().message();
   const Drained d = drain(**source);
-  EXPECT_GT(d.sweeps, 20U);
-  EXPECT_LT(d.sweeps, 60U);
+  EXPECT_GT(d.scans, 20U);
+  EXPECT_LT(d.scans, 60U);
   EXPECT_TRUE((*source)->report().gaps.damaged);
   EXPECT_TRUE(d.ordered);
 }

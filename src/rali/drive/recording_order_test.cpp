@@ -10,7 +10,7 @@
 namespace rali::drive {
 namespace {
 
-/// Clouds and inertial data of six seconds in an order of their own.
+/// Clouds and inertial data of six seconds in a given order.
 enum class Mixed { kReversed, kShuffled, kHalvesSwapped, kByTopic };
 
 std::vector<Message> messages_of(double seconds, Mixed mixed) {
@@ -51,11 +51,11 @@ TEST(RecordingOrder, maps_every_scan_of_a_file_that_is_out_of_order_on_its_own_s
     const auto source = open_recording_events({recording.save(folder)}, {});
     ASSERT_TRUE(source) << source.error().message();
     const Drained d = drain(**source);
-    EXPECT_EQ(d.sweeps, 60U) << static_cast<int>(mixed);
+    EXPECT_EQ(d.scans, 60U) << static_cast<int>(mixed);
     EXPECT_EQ(d.imu, 600U);
     EXPECT_TRUE(d.ordered);
-    EXPECT_NEAR(d.first_sweep.s(), 1000.09, 2e-3);
-    EXPECT_NEAR(d.last_sweep.s(), 1005.99, 2e-3);
+    EXPECT_NEAR(d.first_scan.s(), 1000.09, 2e-3);
+    EXPECT_NEAR(d.last_scan.s(), 1005.99, 2e-3);
     const InputReport& report = (*source)->report();
     EXPECT_EQ(report.gaps.jumps + report.gaps.late, 0U);
     EXPECT_FALSE(report.gaps.damaged) << "nothing is lost";
@@ -75,10 +75,10 @@ TEST(RecordingOrder, sorts_by_header_where_the_recorder_wrote_the_order_of_the_f
     const auto source = open_recording_events({recording.save(folder)}, {});
     ASSERT_TRUE(source) << source.error().message();
     const Drained d = drain(**source);
-    EXPECT_EQ(d.sweeps, 60U);
+    EXPECT_EQ(d.scans, 60U);
     EXPECT_EQ(d.imu, 600U);
     EXPECT_EQ((*source)->report().lidar_stamp, "header");
-    EXPECT_NEAR(d.last_sweep.s(), 1005.99, 2e-3);
+    EXPECT_NEAR(d.last_scan.s(), 1005.99, 2e-3);
   }
 }
 
@@ -90,14 +90,14 @@ TEST(RecordingOrder, closes_a_clock_that_was_set_back_in_headers_and_record_time
   const auto source = open_recording_events({recording.save(folder)}, {});
   ASSERT_TRUE(source) << source.error().message();
   const Drained d = drain(**source);
-  EXPECT_EQ(d.sweeps, 80U);
-  EXPECT_NEAR(d.last_sweep.s(), 1007.99, 0.02);
+  EXPECT_EQ(d.scans, 80U);
+  EXPECT_NEAR(d.last_scan.s(), 1007.99, 0.02);
   EXPECT_EQ((*source)->report().gaps.late, 0U);
 }
 
 TEST(RecordingOrder, scans_that_come_too_late_are_lost_and_the_run_says_so) {
   const io::TestFolder folder;
-  FakeRecording recording(64U << 20);  // within one chunk no index tells
+  FakeRecording recording(64U << 20);  // a single chunk has no index that shows the order
   std::vector<Message> messages = messages_of(8.0, Mixed::kReversed);
   std::reverse(messages.begin(), messages.end());
   std::swap_ranges(messages.begin() + 500, messages.begin() + 560, messages.begin() + 700);
@@ -108,7 +108,7 @@ TEST(RecordingOrder, scans_that_come_too_late_are_lost_and_the_run_says_so) {
   const InputReport& report = (*source)->report();
   EXPECT_TRUE(d.ordered);
   EXPECT_GT(report.gaps.late_scans, 0U);
-  EXPECT_EQ(report.gaps.late_scans, 80U - d.sweeps);
+  EXPECT_EQ(report.gaps.late_scans, 80U - d.scans);
   EXPECT_TRUE(report.gaps.damaged) << "exit code 3";
   EXPECT_EQ(report.gaps.jumps, 0U) << "no stamp is moved";
 }
@@ -122,10 +122,10 @@ TEST(RecordingOrder, files_in_the_wrong_order_are_read_in_order_of_time) {
   const auto source = open_recording_events({b, a}, {});
   ASSERT_TRUE(source);
   const Drained d = drain(**source);
-  EXPECT_EQ(d.sweeps, 80U);
+  EXPECT_EQ(d.scans, 80U);
   EXPECT_TRUE(d.ordered);
-  EXPECT_NEAR(d.first_sweep.s(), 1000.09, 2e-3);
-  EXPECT_NEAR(d.last_sweep.s(), 1007.99, 2e-3);
+  EXPECT_NEAR(d.first_scan.s(), 1000.09, 2e-3);
+  EXPECT_NEAR(d.last_scan.s(), 1007.99, 2e-3);
   EXPECT_EQ((*source)->report().gaps.jumps, 0U);
 }
 
@@ -142,7 +142,7 @@ TEST(RecordingOrder, scans_without_a_number_are_missing_and_the_run_has_gaps) {
   const auto source = open_recording_events({recording.save(folder)}, {});
   ASSERT_TRUE(source) << source.error().message();
   const Drained d = drain(**source);
-  EXPECT_EQ(d.sweeps, 50U);
+  EXPECT_EQ(d.scans, 50U);
   const InputReport& report = (*source)->report();
   EXPECT_EQ(report.gaps.empty_scans, 5U);
   EXPECT_NEAR(report.gaps.missing_s, 0.5, 0.02);

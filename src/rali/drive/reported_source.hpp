@@ -7,8 +7,8 @@
 
 namespace rali::drive {
 
-/// An event source that tells what it decided about its input and what was missing. Scans are in
-/// the LiDAR frame, inertial samples in SI units in the frame of the IMU: a vehicle fed by it takes
+/// An event source that reports its input decisions and what was missing. Scans are in the LiDAR
+/// frame, inertial samples in SI units in the IMU frame: a vehicle fed by it uses
 /// report().T_body_lidar and report().T_body_imu.
 class ReportedSource : public EventSource {
  public:

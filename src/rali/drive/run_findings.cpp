@@ -9,11 +9,11 @@
 namespace rali::drive {
 namespace {
 
-/// A residual of a mark beyond so many of its sigmas is a warning.
+/// A mark residual beyond this many of its sigmas is a warning.
 constexpr double kMarkSigmas = 3.0;
 
-/// Below or above this the gyro does not turn as the LiDAR does; a tenth is LiDAR noise at slow
-/// turns, a factor of two is no noise.
+/// Beyond these limits the gyro's rotation differs from the LiDAR's. A tenth is LiDAR noise at slow
+/// turns; a factor of two is not.
 constexpr double kGyroRatioMin = 0.5, kGyroRatioMax = 2.0;
 
 }  // namespace
@@ -34,7 +34,7 @@ std::optional<Finding> gyro_finding(const VehicleRun& run, const InputReport& in
 }
 
 FindingList noise_findings(const VehicleSummary& vehicle) {
-  constexpr double kFactor = 3.0;  // closer than that data sheets do not come
+  constexpr double kFactor = 3.0;  // data sheets are not more accurate than that
   FindingList findings;
   const auto compare = [&](const char* sensor, const std::optional<double>& measured, double stated,
                            const char* unit) {
@@ -65,8 +65,8 @@ Finding no_pose_finding(const std::string& vehicle, const InputReport& input) {
   f.id = "map.no_pose";
   f.severity = Severity::kError;
   f.vehicle = vehicle;
-  f.text = fmt::format("no pose from {}", counted(input.sweeps, "scan"));
-  f.remedy = input.sweeps > 0             ? "See run.log for what was refused."
+  f.text = fmt::format("no pose from {}", counted(input.scans, "scan"));
+  f.remedy = input.scans > 0              ? "See run.log for what was refused."
              : input.gaps.empty_scans > 0 ? "See rali doctor."
                                           : "Let start_s and duration_s leave a part of the "
                                             "recording.";
@@ -75,7 +75,7 @@ Finding no_pose_finding(const std::string& vehicle, const InputReport& input) {
 
 namespace {
 
-std::string start_text(const fleet::DeniedStart& start, const std::string& relative_to) {
+std::string start_text(const fleet::RejectedStart& start, const std::string& relative_to) {
   if (start.contradicted_by > 0) {
     return fmt::format(
         "the start pose relative to {} does not fit the scans: where both should see the same, one "
@@ -91,7 +91,7 @@ std::string start_text(const fleet::DeniedStart& start, const std::string& relat
 FindingList fleet_findings(const fleet::FleetEstimate& estimate,
                            const std::vector<std::string>& names) {
   FindingList findings;
-  for (const fleet::DeniedStart& start : estimate.denied_starts) {
+  for (const fleet::RejectedStart& start : estimate.rejected_starts) {
     Finding f;
     f.id = "fleet.prior_denied";
     f.vehicle = names[start.vehicle.value];

@@ -13,32 +13,32 @@
 
 namespace rali::drive {
 
-/// What `rali map` says about a run as a whole.
+/// Findings of `rali map` about a run as a whole.
 
-/// D09: the gyro did not turn as the LiDAR did.
+/// D09: the gyro's rotation differs from the LiDAR's.
 [[nodiscard]] std::optional<Finding> gyro_finding(const VehicleRun& run, const InputReport& input);
 
 /// D10: noise of the inertial data that the settings state far too low or too high.
 [[nodiscard]] FindingList noise_findings(const VehicleSummary& vehicle);
 
 [[nodiscard]] Finding no_pose_finding(const std::string& vehicle, const InputReport& input);
-/// Start poses that all else denies; one for each vehicle outside the largest group, with what
-/// would join it.
+/// Start poses contradicted by all other measurements; one finding for each vehicle outside the
+/// largest group, with what would join it.
 [[nodiscard]] FindingList fleet_findings(const fleet::FleetEstimate& estimate,
                                          const std::vector<std::string>& names);
 [[nodiscard]] Finding no_map_finding();
 /// --imu-rate without inertial data.
 [[nodiscard]] Finding no_imu_rate_finding(const std::string& vehicle);
-/// A mark that cannot be used, and a map that gets no site coordinates.
+/// A mark that cannot be used, and a map without site coordinates.
 [[nodiscard]] Finding lost_mark_finding(const std::string& vehicle, Time t, bool in_map);
 [[nodiscard]] Finding no_site_finding(const Error& error);
-/// How the marks of the site agree with the map.
+/// How well the marks of the site agree with the map.
 [[nodiscard]] Finding site_finding(const SiteFrame& site);
 
-/// A vehicle whose live poses lay in a frame that later facts contradict.
+/// A vehicle whose live poses were in a frame that later facts contradict.
 [[nodiscard]] Finding withdrawal_finding(const Withdrawal& withdrawal, const std::string& vehicle);
 
-/// A vehicle whose data could not be read to their end, while others could.
+/// A vehicle whose data could not be read to their end, while those of others could.
 [[nodiscard]] Finding failed_finding(const std::string& vehicle, const Error& error);
 
 }  // namespace rali::drive

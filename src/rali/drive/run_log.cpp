@@ -38,8 +38,8 @@ void RunLog::line(std::string_view text) {
 void RunLog::finding(const Finding& f) { line(finding_line(f)); }
 
 void RunLog::stage(std::string name) {
-  stages_s_.emplace_back(std::move(name), seconds_since(stage_begin_));
-  stage_begin_ = std::chrono::steady_clock::now();
+  stages_s_.emplace_back(std::move(name), seconds_since(stage_start_));
+  stage_start_ = std::chrono::steady_clock::now();
 }
 
 Status RunLog::write(const std::string& out_dir, double data_s) const {
@@ -64,7 +64,7 @@ void mark_failed(const std::string& out_dir, std::string_view why) noexcept {
     const std::string status(status_name(RunStatus::kFailed));
     {
       std::ofstream log(out_dir + "/run.log", std::ios::app);
-      // Behind the columns of the seconds: the time of its start is not here.
+      // Behind the column of the seconds: the start time of the run is not known here.
       log << fmt::format("{:9} {}\n{:9} {}\n", "", why, "", status);
     }
     static_cast<void>(write_status(out_dir, status, true));

@@ -14,13 +14,13 @@ namespace rali::drive {
 /// run.log and timing.json: the two outputs that may differ between equal runs.
 class RunLog {
  public:
-  RunLog() : begin_(std::chrono::steady_clock::now()), stage_begin_(begin_) {}
+  RunLog() : begin_(std::chrono::steady_clock::now()), stage_start_(begin_) {}
 
   /// A line with the seconds since the start of the run.
   void line(std::string_view text);
   void finding(const Finding& finding);
 
-  /// Ends the stage that ran so far and notes how long it took.
+  /// Ends the current stage and records how long it took.
   void stage(std::string name);
 
   /// Writes both into the folder. Errors: kMachine.
@@ -29,14 +29,14 @@ class RunLog {
  private:
   [[nodiscard]] double seconds_since(std::chrono::steady_clock::time_point t) const;
 
-  std::chrono::steady_clock::time_point begin_, stage_begin_;
+  std::chrono::steady_clock::time_point begin_, stage_start_;
   std::string text_;
   std::vector<std::pair<std::string, double>> stages_s_;
 };
 
-/// Of a run that has written its files: adds `why` to its run.log and sets status.json to failed.
-/// A folder without status.json is left alone. What cannot be written is left as it is: the fault
-/// itself is what the caller has to report.
+/// For a run that has written its files: adds `why` to its run.log and sets status.json to failed.
+/// A folder without status.json is not changed. Write errors are ignored: the caller has to report
+/// the fault itself.
 void mark_failed(const std::string& out_dir, std::string_view why) noexcept;
 
 /// "warning D08 [v1]: the accelerometer ... remedy".

@@ -16,7 +16,7 @@ namespace {
 using fleet::FleetEstimate;
 using fleet::VehicleFrame;
 
-/// Nodes of each start of a vehicle, by epoch.
+/// Number of nodes of each start of a vehicle, by epoch.
 std::map<std::uint32_t, std::size_t> lengths_of(const FleetFacts::Member& member) {
   std::map<std::uint32_t, std::size_t> nodes;
   for (const fleet::FactPtr& fact : member.facts) {
@@ -44,7 +44,7 @@ class OneFrameEach {
     return estimate_.groups[frame.group].size();
   }
 
-  /// The start whose frame the vehicle's results are kept in; null without a path.
+  /// The start that defines the frame of the vehicle's results; null without a path.
   [[nodiscard]] const VehicleFrame* home_of(std::size_t vehicle) const {
     const auto lengths = lengths_of(facts_.members[vehicle]);
     const VehicleFrame* home = nullptr;
@@ -103,7 +103,7 @@ class OneFrameEach {
     });
   }
 
-  /// Each vehicle once, where its frame is.
+  /// Each vehicle once, in the group of its frame.
   void renew_groups() {
     std::vector<std::vector<VehicleId>> groups(estimate_.groups.size());
     for (std::size_t g = 0; g < groups.size(); ++g) {

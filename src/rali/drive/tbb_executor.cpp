@@ -31,7 +31,7 @@ class TbbExecutor final : public Executor {
   }
 
  private:
-  tbb::global_control limit_;  ///< more threads than cores are granted only with it
+  tbb::global_control limit_;  ///< required for more threads than cores
   tbb::task_arena arena_;
 };
 

@@ -6,11 +6,11 @@
 
 namespace rali::drive {
 
-/// The executor for this number of threads: SerialExecutor for 1, blocks handed to a TBB arena of
-/// `threads` otherwise; 0 means one per core. Blocks and hence results are the same for all.
+/// The executor for this number of threads: SerialExecutor for 1, else blocks run in a TBB arena of
+/// `threads`; 0 means one per core. Blocks and hence results are the same for all.
 [[nodiscard]] std::unique_ptr<Executor> make_executor(int threads);
 
-/// What 0 threads stands for on this machine.
+/// The number of threads that 0 means on this machine.
 [[nodiscard]] int cores();
 
 }  // namespace rali::drive

@@ -12,13 +12,13 @@
 namespace rali::drive {
 namespace {
 
-/// Without a gravity estimate odom is taken as it is.
+/// Without a gravity estimate odom is assumed to be level.
 const geometry::Vec3 kDown_mps2(0.0, 0.0, -9.80665);
 
-/// A sweep that turned less does not count for the ratio of gyro and LiDAR.
+/// A scan with less rotation does not count for the ratio of gyro and LiDAR.
 constexpr double kTurnMin_rad = 0.01;
 
-/// Poses are compared with the final ones so often.
+/// Interval of the poses that are compared with the final ones.
 constexpr double kTrackStep_s = 0.5;
 
 void keep(Time t, const geometry::SE3& T, const geometry::Mat6& covariance,
@@ -91,14 +91,15 @@ Status VehicleRun::take(const vehicle::OutputList& outputs, FindingList& finding
 
 Status VehicleRun::take_pose(const vehicle::PoseEstimate& pose) {
   PoseRecord record = pose_record(pose);
-  // A path that was told with gravity has inertial data.
+  // A run of facts has inertial data if it has a gravity estimate.
   record.held_by = hold_.see(pose, odometry_ ? t_imu_.has_value() : knows_gravity_);
   const bool good = record.quality != vehicle::PoseQuality::kDiverged;
   if (!poses_.empty() && good && poses_.back().quality != vehicle::PoseQuality::kDiverged) {
     const geometry::SE3 step = poses_.back().T_local_body.inverse() * record.T_local_body;
     path_m_ += step.p.norm();
-    if (record.blind) blind_m_ += step.p.norm();
-    // Only where it turns: the noise of hundreds of straight sweeps adds up to a turn as well.
+    if (record.degenerate) degenerate_m_ += step.p.norm();
+    // Only scans with rotation: the noise of hundreds of straight scans adds up to a rotation as
+    // well.
     const double turn_rad = geometry::so3_log(step.R).norm();
     if (turn_rad > kTurnMin_rad) {
       gyro_ratio_.add_lidar(turn_rad);
@@ -125,7 +126,7 @@ Status VehicleRun::take_keyframe(const vehicle::KeyframeAdded& added) {
   if (!added.keyframe) return {};
   Result<KeyframeRecord> record = write_keyframe(out_dir_, name_, added);
   if (!record) return tl::make_unexpected(record.error());
-  // The pose of its sweep comes in the same step or the one before.
+  // The pose of its scan comes in the same step or the previous one.
   for (auto pose = poses_.rbegin(); pose != poses_.rend() && pose->t >= record->t; ++pose) {
     if (pose->t == record->t) record->diverged = pose->quality == vehicle::PoseQuality::kDiverged;
   }
@@ -143,7 +144,7 @@ Status VehicleRun::see(const vehicle::Event& event) {
 }
 
 void VehicleRun::see_imu(const sensor::ImuSample& sample) {
-  // Turning before the first pose has no counterpart in the LiDAR.
+  // Rotation before the first pose has no counterpart in the LiDAR.
   if (t_imu_ && !poses_.empty()) {
     const double dt_s = sample.t.s() - t_imu_->s();
     if (dt_s > 0.0 && dt_s < 0.1) gyro_turn_rad_ += dt_s * sample.gyro_radps;
@@ -164,10 +165,10 @@ void VehicleRun::join(const geometry::SE3& T_map_local, KeyframeCorrections keyf
 
 Status VehicleRun::finish() {
   correct_path(corrections_, poses_, keyframes_);
-  const WayLength way = way_length(poses_);
-  path_m_ = way.path_m;
-  blind_m_ = way.blind_m;
-  held_m_ = way.held_m;
+  const PathLength path = path_length(poses_);
+  path_m_ = path.path_m;
+  degenerate_m_ = path.degenerate_m;
+  held_m_ = path.held_m;
   T_map_local_ = T_map_local_joint_.value_or(frame_so_far());
   const geometry::Vec3 g_odom = gravity_ ? gravity_->g_odom_mps2 : kDown_mps2;
   levelled_ |= knows_gravity_;
@@ -177,7 +178,7 @@ Status VehicleRun::finish() {
     const double variance = (across * gravity_->covariance * across).trace();
     tilt_sigma_rad_ = std::sqrt(std::max(variance, 0.0)) / g_odom.norm();  // NaN stays NaN
   }
-  // What was told live is closed whatever the session says: it is kept when the disk is full.
+  // Files of published poses are closed whatever the session returns: they survive a full disk.
   Status shown = session_ != nullptr ? session_->add_path(name_, poses_, T_map_local_) : Status{};
   Status closed = odometry_ ? odometry_->close() : Status{};
   if (Status live = live_ ? live_->close() : Status{}; closed) closed = live;
@@ -191,9 +192,9 @@ void VehicleRun::widen(Time begin, Time end, double sigma_m) {
   }
 }
 
-/// The first pose has no drift yet: its error in map is that of T_map_odom, which differs by the
-/// lever from odom's origin to that pose. The trajectory is stated relative to the pose that fixes
-/// the map, so for the vehicle of that pose only the tilt is left.
+/// The first pose has no drift yet: its error in map is that of T_map_odom, up to the lever arm
+/// from odom's origin to that pose. The trajectory is stated relative to the pose that defines the
+/// map, so for the vehicle of that pose only the tilt remains.
 std::optional<geometry::Mat6> VehicleRun::map_odom_covariance() const {
   const auto first = std::find_if(poses_.begin(), poses_.end(), [](const PoseRecord& pose) {
     return pose.quality != vehicle::PoseQuality::kDiverged;
@@ -211,10 +212,10 @@ std::optional<geometry::Mat6> VehicleRun::map_odom_covariance() const {
 
 void VehicleRun::summarise(VehicleSummary& summary) const {
   summary.name = name_;
-  summary.sweeps = poses_.size();
+  summary.scans = poses_.size();
   summary.path_m = path_m_;
-  summary.blind_share = path_m_ > 0.0 ? blind_m_ / path_m_ : 0.0;
-  summary.blind_held_share = blind_m_ > 0.0 ? held_m_ / blind_m_ : 0.0;
+  summary.degenerate_fraction = path_m_ > 0.0 ? degenerate_m_ / path_m_ : 0.0;
+  summary.degenerate_held_fraction = degenerate_m_ > 0.0 ? held_m_ / degenerate_m_ : 0.0;
   summary.T_map_odom = T_map_local_;
   if (live_) summary.live = live_->tally();
   summary.levelled = levelled_;

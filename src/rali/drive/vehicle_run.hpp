@@ -10,8 +10,8 @@
 #include "rali/drive/input/imu_check.hpp"
 #include "rali/drive/live/live_files.hpp"
 #include "rali/drive/map_run.hpp"
-#include "rali/drive/output/blind_hold.hpp"
 #include "rali/drive/output/corrected_path.hpp"
+#include "rali/drive/output/degenerate_hold.hpp"
 #include "rali/drive/output/keyframe_files.hpp"
 #include "rali/drive/output/pose_files.hpp"
 #include "rali/drive/output/session_file.hpp"
@@ -20,46 +20,46 @@
 
 namespace rali::drive {
 
-/// What one vehicle's outputs came to: streams them to the disk as they come and keeps what the
-/// final files need.
+/// Collects one vehicle's outputs: streams them to disk as they come and keeps what the final files
+/// need.
 class VehicleRun {
  public:
-  /// Makes odometry/<v>.tum and live/<v>.tum with their .cov.csv, and live/<v>.steps.csv. Errors:
+  /// Creates odometry/<v>.tum and live/<v>.tum with their .cov.csv, and live/<v>.steps.csv. Errors:
   /// kMachine.
-  /// @param session where to show the run, may be null; must outlive the object
+  /// @param session receives the run for viewers, may be null; must outlive the object
   [[nodiscard]] static Result<VehicleRun> start(const std::string& name, const std::string& out_dir,
                                                 SessionFile* session);
 
-  /// A run whose outputs are made of the facts that the vehicle sent: nothing is known of what it
-  /// published live, so that there is neither odometry/ nor live/.
+  /// A run whose outputs are made of the facts that the vehicle sent. The poses published live are
+  /// not known, so there is neither odometry/ nor live/.
   [[nodiscard]] static VehicleRun of_facts(const std::string& name, const std::string& out_dir,
                                            SessionFile* session);
 
-  /// The last pose hangs on the one before without a gap, however long ago that was.
+  /// Marks the last pose as continuous with the one before, however long ago that was.
   void tie_last_pose() {
     if (poses_.size() > 1) poses_.back().tied = true;
   }
 
-  /// Takes what followed from one event; findings go to `findings`. Errors: kMachine.
+  /// Takes the outputs of one event; findings go to `findings`. Errors: kMachine.
   [[nodiscard]] Status take(const vehicle::OutputList& outputs, FindingList& findings);
 
-  /// Where the vehicle was in the map, as far as was known then, and how T_map_odom stepped.
-  /// Errors: kMachine.
+  /// The vehicle's pose in the map as known at the time, and the step of T_map_odom. Errors:
+  /// kMachine.
   [[nodiscard]] Status take_live(const LivePose& pose, const std::optional<FrameStep>& step);
 
-  /// Sees each event before the vehicle does: inertial samples for the comparison of gyro and
-  /// LiDAR, sweeps for the session. Errors: kMachine.
+  /// Receives each event before the vehicle does: inertial samples for the comparison of gyro and
+  /// LiDAR, scans for the session. Errors: kMachine.
   [[nodiscard]] Status see(const vehicle::Event& event);
 
-  /// What the fleet's joint estimate makes of this vehicle: its frame, and where its keyframes were
-  /// in odom. To be told before finish(); takes the place of what the vehicle alone knew.
+  /// The vehicle's result in the fleet's joint estimate: its frame, and its keyframes in odom. To
+  /// be called before finish(); replaces the vehicle's own estimate.
   void join(const geometry::SE3& T_map_local, KeyframeCorrections keyframes);
 
-  /// Closes the growing files, moves poses and keyframes to where ranges corrected them, and fixes
-  /// the frame of the results. The files of the odometry keep what was told at the time.
+  /// Closes the growing files, moves poses and keyframes by the corrections of ranges, and fixes
+  /// the frame of the results. The odometry files keep what was published at the time.
   [[nodiscard]] Status finish();
 
-  /// What the vehicle told the fleet, in the order in which it did.
+  /// The facts that the vehicle reported, in their order.
   [[nodiscard]] const std::vector<std::shared_ptr<const fleet::Fact>>& facts() const {
     return facts_;
   }
@@ -78,7 +78,7 @@ class VehicleRun {
     return {T_map_local_, levelled_, point_, T_body_point_};
   }
 
-  /// The point of the vehicle that trajectory/ is of, instead of the body.
+  /// The point of the vehicle that trajectory/ describes, instead of the body.
   void set_point(const std::string& name, const geometry::SE3& T_body_point) {
     point_ = name;
     T_body_point_ = T_body_point;
@@ -89,7 +89,7 @@ class VehicleRun {
 
   [[nodiscard]] const std::vector<sensor::ImuSample>& imu_samples() const { return imu_; }
 
-  /// Whether the vehicle's own inertial data have shown where gravity points.
+  /// Whether gravity was determined from the vehicle's own inertial data.
   [[nodiscard]] bool knows_gravity() const { return knows_gravity_; }
 
   /// The frame of the results is levelled by a vehicle that shares it.
@@ -100,22 +100,22 @@ class VehicleRun {
 
   [[nodiscard]] double path_m() const { return path_m_; }
 
-  [[nodiscard]] double blind_m() const { return blind_m_; }
+  [[nodiscard]] double degenerate_m() const { return degenerate_m_; }
 
-  /// Ranges that the vehicle was handed and what it used of them.
+  /// Ranges that the vehicle received and how many of them it used.
   [[nodiscard]] std::size_t ranges() const { return ranges_; }
 
   [[nodiscard]] std::size_t ranges_used() const { return ranges_used_; }
 
-  /// Twice a second, as they were written: poses in odom, and in the map as known at the time.
+  /// Twice a second, as published: poses in odom, and in the map as known at the time.
   [[nodiscard]] const std::vector<monitor::StatedPose>& odometry_track() const {
     return odometry_track_;
   }
 
   [[nodiscard]] const std::vector<monitor::StatedPose>& live_track() const { return live_track_; }
 
-  /// The final poses of a stretch are less certain than the estimate says. After finish().
-  /// @param sigma_m  of each axis, added to what is stated
+  /// Inflates the covariances of the final poses of a stretch. After finish().
+  /// @param sigma_m of each axis, added to the stated covariance
   void widen(Time begin, Time end, double sigma_m);
 
   [[nodiscard]] double gyro_ratio() const { return gyro_ratio_.ratio(); }
@@ -143,12 +143,12 @@ class VehicleRun {
   geometry::SE3 T_map_local_;
   bool knows_gravity_ = false, levelled_ = false;
   double tilt_sigma_rad_ = std::numeric_limits<double>::quiet_NaN();
-  double path_m_ = 0.0, blind_m_ = 0.0, held_m_ = 0.0;
+  double path_m_ = 0.0, degenerate_m_ = 0.0, held_m_ = 0.0;
   std::size_t ranges_ = 0, ranges_used_ = 0;
   KeyframeCorrections corrections_;
   std::optional<geometry::SE3> T_map_local_joint_;
   std::vector<std::shared_ptr<const fleet::Fact>> facts_;
-  BlindHold hold_;
+  DegenerateHold hold_;
   GyroRatio gyro_ratio_;
   geometry::Vec3 gyro_turn_rad_ = geometry::Vec3::Zero();  ///< since the last pose
   std::optional<Time> t_imu_;

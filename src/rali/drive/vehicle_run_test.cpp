@@ -149,9 +149,9 @@ TEST(VehicleRun, says_where_the_disk_failed) {
 TEST(Degeneracy, directions_are_given_in_map_and_unknown_cells_are_empty) {
   PoseRecord pose;
   pose.t = Time::from_s(5.0);
-  pose.blind = true;
-  pose.blind_odom = Vec3::UnitX();
-  pose.sigma_blind_m = std::numeric_limits<double>::infinity();
+  pose.degenerate = true;
+  pose.degenerate_odom = Vec3::UnitX();
+  pose.sigma_degenerate_m = std::numeric_limits<double>::infinity();
   SE3 T_map_local;
   T_map_local.R = geometry::rotation_from_rpy(0.0, 0.0, std::numbers::pi / 2.0);
   const std::string text = degeneracy_text({pose}, T_map_local, {"v1"});

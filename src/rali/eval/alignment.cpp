@@ -36,7 +36,7 @@ Result<SE3> umeyama(const PairList& pairs) {
   const Moments m = moments(pairs);
   const Eigen::JacobiSVD<Mat3> svd(m.cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Vec3 d = svd.singularValues();
-  // Rank below two: any turn about the line of the positions fits as well.
+  // Rank below two: rotations about the line through the positions all fit equally well.
   if (!(d[1] > 1e-9 * d[0]) || !(d[0] > 0.0)) {
     return fail(ErrorCode::kNoAnswer, {},
                 "the positions lie on one line or point, so their rotation is open",

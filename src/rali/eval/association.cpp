@@ -11,7 +11,7 @@ using geometry::SE3;
 
 namespace {
 
-// Stamps of a 5 Hz truth written with few decimals are 0.2000001 s apart.
+// Stamps of 5 Hz ground truth written with few decimals are 0.2000001 s apart.
 constexpr double kGapSlack_s = 1e-6;
 
 Status check_order(const PoseList& list, const char* name) {
@@ -31,7 +31,7 @@ PoseList::const_iterator first_not_before(const PoseList& list, Time t) {
                           [](const StampedPose& p, Time time) { return p.t < time; });
 }
 
-/// Index of the pose nearest in time, the earlier one of two; nothing beyond max_dt_s.
+/// Index of the pose nearest in time, the earlier one of two; empty beyond max_dt_s.
 std::optional<std::size_t> nearest(const PoseList& list, Time t, double max_dt_s) {
   const auto after = first_not_before(list, t);
   auto best = after == list.end() ? after - 1 : after;
@@ -42,8 +42,8 @@ std::optional<std::size_t> nearest(const PoseList& list, Time t, double max_dt_s
   return static_cast<std::size_t>(best - list.begin());
 }
 
-/// evo goes from the list with fewer poses (the estimate, if equal) to the longer one; a pose of
-/// the longer list may serve twice.
+/// As evo, pairs from the list with fewer poses (the estimate, if equal) to the longer one; a pose
+/// of the longer list may be used twice.
 void pair_nearest(const PoseList& est, const PoseList& ref, double max_dt_s, PairList& pairs) {
   const bool from_ref = est.size() > ref.size();
   const PoseList& from = from_ref ? ref : est;

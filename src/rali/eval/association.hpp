@@ -29,27 +29,27 @@ using PairList = std::vector<PosePair>;
 
 enum class AssociationMode {
   kNearest,     ///< the pose nearest in time, as evo: from the list with fewer poses to the other
-  kInterpolate  ///< the reference between its poses before and after
+  kInterpolate  ///< the reference, interpolated between the poses before and after
 };
 
 struct AssociationOptions {
   AssociationMode mode = AssociationMode::kNearest;
-  double max_dt_s = 0.01;  ///< kNearest: poses farther apart do not count
+  double max_dt_s = 0.01;  ///< kNearest: poses farther apart are not paired
   double max_gap_s = 0.2;  ///< kInterpolate: no interpolation across a longer gap
 };
 
 struct Association {
   PairList pairs;             ///< in rising time
-  std::size_t unmatched = 0;  ///< poses of the list paired from that found no partner
+  std::size_t unmatched = 0;  ///< poses of the first list (see kNearest) without a partner
 };
 
-/// Pairs estimate and reference by time. Errors: a list that is not in strictly rising time
+/// Pairs estimate and reference by time. Errors: a list whose times do not strictly increase
 /// (kInput), no pair at all (kNoAnswer).
 [[nodiscard]] Result<Association> associate(const PoseList& est, const PoseList& ref,
                                             const AssociationOptions& options);
 
-/// The pose at time t between its neighbours in a list in rising time: rotation at constant rate,
-/// position on the line. Nothing before the first, after the last, or across a gap longer than
+/// The interpolated pose at time t in a list of increasing time: rotation at constant rate,
+/// position linear. Empty before the first pose, after the last, or across a gap longer than
 /// max_gap_s.
 [[nodiscard]] std::optional<geometry::SE3> pose_at(const PoseList& list, Time t, double max_gap_s);
 

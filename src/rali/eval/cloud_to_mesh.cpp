@@ -64,7 +64,7 @@ CloudToMesh cloud_to_mesh(const PointList& points, const SE3& T_mesh_cloud,
   }
   out.beyond = distances.size() - within.size();
   if (!distances.empty()) {
-    out.share_beyond = static_cast<double>(out.beyond) / static_cast<double>(distances.size());
+    out.fraction_beyond = static_cast<double>(out.beyond) / static_cast<double>(distances.size());
   }
   out.p95_m = quantile(within, 0.95);
   out.within = statistics(std::move(within));

@@ -19,7 +19,7 @@ TriangleMesh plate() {
   return {{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(0, 1, 0)}, {{0, 1, 2}, {0, 2, 3}}};
 }
 
-/// Closed room of length x width x height with its corner in the origin.
+/// Closed room of length x width x height with its corner at the origin.
 TriangleMesh room(double l, double w, double h) {
   TriangleMesh m;
   for (int i = 0; i < 8; ++i) {
@@ -34,7 +34,7 @@ TriangleMesh random_soup(std::size_t n, Rng& rng) {
   TriangleMesh m;
   for (std::uint32_t t = 0; t < n; ++t) {
     const Vec3 at(rng.uniform(-10, 10), rng.uniform(-10, 10), rng.uniform(-2, 2));
-    // Small ones, large ones, slivers and points.
+    // Small and large triangles, slivers and points.
     const double size_m = t % 7 == 0 ? 5.0 : (t % 11 == 0 ? 0.0 : 0.3);
     for (int k = 0; k < 3; ++k) {
       m.vertices.push_back(at + size_m * Vec3(rng.uniform(-1, 1), rng.uniform(-1, 1),
@@ -45,7 +45,7 @@ TriangleMesh random_soup(std::size_t n, Rng& rng) {
   return m;
 }
 
-/// Blocks from the last to the first, as threads may finish them.
+/// Runs blocks from the last to the first, as threads may finish them.
 class BackwardsExecutor final : public Executor {
  public:
   void for_blocks(std::size_t n, std::size_t block,
@@ -73,7 +73,7 @@ TEST(CloudToMesh, five_points_over_a_plate_have_the_hand_worked_statistics) {
   EXPECT_NEAR(c.all.std, 0.5137, 5e-5);
   EXPECT_NEAR(c.within.mean, 0.2000, 1e-12);
   EXPECT_NEAR(c.within.std, 0.1871, 5e-5);
-  EXPECT_NEAR(c.share_beyond, 0.20, 1e-12);
+  EXPECT_NEAR(c.fraction_beyond, 0.20, 1e-12);
   EXPECT_EQ(c.beyond, 1U);
 }
 
@@ -83,33 +83,33 @@ TEST(CloudToMesh, tree_finds_what_looking_at_all_triangles_finds) {
   const TriangleTree tree(mesh);
   for (int i = 0; i < 500; ++i) {
     const Vec3 p(rng.uniform(-15, 15), rng.uniform(-15, 15), rng.uniform(-5, 5));
-    double least = std::numeric_limits<double>::infinity();
+    double minimum = std::numeric_limits<double>::infinity();
     for (const auto& [a, b, c] : mesh.triangles) {
       const Vec3 q = closest_on_triangle(p, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
-      least = std::min(least, (q - p).norm());
+      minimum = std::min(minimum, (q - p).norm());
     }
     const TriangleTree::Nearest found = tree.nearest(p);
-    EXPECT_DOUBLE_EQ(found.distance_m, least);
-    EXPECT_NEAR((found.point - p).norm(), least, 1e-12);
+    EXPECT_DOUBLE_EQ(found.distance_m, minimum);
+    EXPECT_NEAR((found.point - p).norm(), minimum, 1e-12);
   }
 }
 
 TEST(CloudToMesh, tree_is_exact_far_from_the_origin_too) {
   Rng rng(9, "far");
   TriangleMesh mesh = random_soup(300, rng);
-  const Vec3 utm_m(4.5e5, 5.4e6, 300.0);  // float alone is 0.5 m coarse there
+  const Vec3 utm_m(4.5e5, 5.4e6, 300.0);  // float has a resolution of 0.5 m there
   for (Vec3& v : mesh.vertices) v += utm_m;
   const TriangleTree tree(mesh);
   for (int i = 0; i < 300; ++i) {
-    // From beside the mesh, and from a hundred times its size away.
+    // From positions near the mesh, and from a hundred times its size away.
     const double reach_m = i % 2 == 0 ? 15.0 : 1500.0;
     const Vec3 p = utm_m + reach_m * Vec3(rng.uniform(-1, 1), rng.uniform(-1, 1), 0.1);
-    double least = std::numeric_limits<double>::infinity();
+    double minimum = std::numeric_limits<double>::infinity();
     for (const auto& [a, b, c] : mesh.triangles) {
       const Vec3 q = closest_on_triangle(p, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
-      least = std::min(least, (q - p).norm());
+      minimum = std::min(minimum, (q - p).norm());
     }
-    EXPECT_DOUBLE_EQ(tree.nearest(p).distance_m, least);
+    EXPECT_DOUBLE_EQ(tree.nearest(p).distance_m, minimum);
   }
 }
 

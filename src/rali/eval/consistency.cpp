@@ -59,7 +59,7 @@ Consistency consistency(const PairList& pairs, const std::vector<Mat6>& covarian
   }
   out.used = values.size();
   if (values.empty()) return out;
-  out.share_within_95 = static_cast<double>(within) / static_cast<double>(out.used);
+  out.fraction_within_95 = static_cast<double>(within) / static_cast<double>(out.used);
   const Statistics s = statistics(std::move(values));
   out.mean = s.mean;
   out.median = s.median;

@@ -13,10 +13,10 @@ using geometry::Vec3;
 
 namespace {
 
-/// Longer than this a difference of positions is no velocity.
-/// Share of the velocities that another place of the whole way must not explain: at constant
-/// velocity a shift in time and one in space are the same.
+/// Least fraction of the velocities that a displacement of the trajectory does not explain: at
+/// constant velocity a shift in time and one in space are the same.
 constexpr double kVelocityLeft = 0.01;
+/// Over longer spans a difference of positions is not a velocity.
 constexpr double kVelocitySpan_s = 0.5;
 constexpr double kLevelCosMin = 0.984807753;  // 10 degrees
 
@@ -35,16 +35,16 @@ Drift drift(const PairList& pairs, const SE3& T_ref_est) {
   Drift out;
   out.final_m = e.translation_m;
   out.final_rad = e.rotation_rad;
-  out.way_m = way_length_m(pairs);
+  out.path_m = path_length_m(pairs);
   if (T_ref_est.R(2, 2) >= kLevelCosMin) {
     out.z_m = (last.est.p.z() - first.est.p.z()) - (last.ref.p.z() - first.ref.p.z());
   }
   return out;
 }
 
-std::vector<BlindError> blind_errors(const PairList& pairs, const SE3& T_ref_est,
-                                     const std::vector<Vec3>& directions) {
-  std::vector<BlindError> out;
+std::vector<DegenerateError> degenerate_errors(const PairList& pairs, const SE3& T_ref_est,
+                                               const std::vector<Vec3>& directions) {
+  std::vector<DegenerateError> out;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const PosePair& p = pairs[i];
     if (p.est_index >= directions.size() || directions[p.est_index].isZero()) continue;
@@ -61,8 +61,8 @@ std::optional<TimeShift> time_shift(const PairList& pairs, const SE3& T_ref_est)
   using Mat7 = Eigen::Matrix<double, 7, 7>;
   Vec3 middle = Vec3::Zero();
   for (const PosePair& pair : pairs) middle += pair.ref.p / static_cast<double>(pairs.size());
-  // Unknown: the shift, and how the whole way would then lie, which the alignment has taken for
-  // the shift: e = s v + c + w x (p - middle).
+  // Unknowns: the time shift, and the displacement of the whole trajectory by which the alignment
+  // has absorbed the shift: e = s v + c + w x (p - middle).
   Mat7 H = Mat7::Zero();
   Vec7 g = Vec7::Zero();
   double ee = 0.0;
@@ -82,15 +82,15 @@ std::optional<TimeShift> time_shift(const PairList& pairs, const SE3& T_ref_est)
   }
   const double vv = H(0, 0);
   if (!(vv > 0.0)) return std::nullopt;
-  // Without the shift first; what of the velocities is left then is what shows it.
-  Eigen::Matrix<double, 6, 6> H_way = H.bottomRightCorner<6, 6>();
-  H_way.diagonal().array() += 1e-9 * H_way.trace();  // straight ways do not show the roll
-  const auto ldlt = H_way.ldlt();
-  const Eigen::Matrix<double, 6, 1> way = ldlt.solve(g.tail<6>());
+  // Eliminate the displacement first; the remainder of the velocities makes the shift observable.
+  Eigen::Matrix<double, 6, 6> H_path = H.bottomRightCorner<6, 6>();
+  H_path.diagonal().array() += 1e-9 * H_path.trace();  // roll is unobservable on straight paths
+  const auto ldlt = H_path.ldlt();
+  const Eigen::Matrix<double, 6, 1> path = ldlt.solve(g.tail<6>());
   const double left_vv = vv - H.col(0).tail<6>().dot(ldlt.solve(H.col(0).tail<6>()));
   if (!(left_vv > kVelocityLeft * vv)) return std::nullopt;
-  const double left_ve = g(0) - H.col(0).tail<6>().dot(way);
-  const double left_ee = std::max(0.0, ee - g.tail<6>().dot(way));
+  const double left_ve = g(0) - H.col(0).tail<6>().dot(path);
+  const double left_ee = std::max(0.0, ee - g.tail<6>().dot(path));
   const double count = static_cast<double>(n);
   TimeShift out;
   out.shift_s = left_ve / left_vv;

@@ -19,7 +19,7 @@ SE3 at(double x, double y, double z, double yaw_rad = 0.0) {
   return {geometry::rotation_from_rpy(0.0, 0.0, yaw_rad), Vec3(x, y, z)};
 }
 
-/// Along x for ten metres; the estimate is scaled by 1.01 and climbs 0.5 m.
+/// Along x for ten metres; the estimate has a scale of 1.01 and climbs 0.5 m.
 PairList climbing() {
   PairList pairs;
   for (int i = 0; i <= 10; ++i) {
@@ -32,7 +32,7 @@ PairList climbing() {
 TEST(Drift, is_the_distance_of_the_ends_when_the_beginnings_coincide) {
   const Drift d = drift(climbing(), SE3{});
   EXPECT_NEAR(d.final_m, std::sqrt(0.01 + 0.25), 1e-12);
-  EXPECT_NEAR(d.way_m, 10.0, 1e-12);
+  EXPECT_NEAR(d.path_m, 10.0, 1e-12);
   ASSERT_TRUE(d.z_m);
   EXPECT_NEAR(*d.z_m, 0.5, 1e-12);
 }
@@ -42,13 +42,13 @@ TEST(Drift, has_no_height_between_frames_that_are_not_both_level) {
   EXPECT_FALSE(drift(climbing(), tilted).z_m);
 }
 
-TEST(BlindErrors, are_split_along_and_across_the_direction_in_map) {
-  // The map is turned by 90 degrees: its x axis is the truth's y axis.
+TEST(DegenerateErrors, are_split_along_and_across_the_direction_in_map) {
+  // The map is rotated by 90 degrees: its x axis is the ground truth's y axis.
   const SE3 T_ref_est = at(0.0, 0.0, 0.0, 0.5 * std::numbers::pi);
   PairList pairs;
   pairs.push_back({Time::from_s(0), at(5.3, 0.04, 0.03), at(0.0, 5.0, 0.0), 0});
   pairs.push_back({Time::from_s(1), at(6.0, 0.0, 0.0), at(0.0, 6.0, 0.0), 1});
-  const auto errors = blind_errors(pairs, T_ref_est, {Vec3(2.0, 0.0, 0.0), Vec3::Zero()});
+  const auto errors = degenerate_errors(pairs, T_ref_est, {Vec3(2.0, 0.0, 0.0), Vec3::Zero()});
   ASSERT_EQ(errors.size(), 1U);
   EXPECT_EQ(errors[0].pair, 0U);
   EXPECT_NEAR(errors[0].along_m, 0.3, 1e-12);
@@ -76,7 +76,7 @@ TEST(TimeShift, what_the_alignment_has_taken_for_it_counts_and_a_straight_way_sh
   PairList bend, straight;
   for (int i = 0; i < 200; ++i) {
     const double t = 0.1 * i;
-    // One leg, a corner, another leg; laid over the truth 3 cm aside, as an alignment does.
+    // One leg, a corner, another leg; displaced by 3 cm against the truth, as by an alignment.
     const auto place = [](double s) { return at(std::min(s, 10.0), std::max(0.0, s - 10.0), 0.0); };
     SE3 est = place(t + 0.04);
     est.p += Vec3(-0.03, -0.02, 0.0);

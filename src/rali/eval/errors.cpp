@@ -22,20 +22,20 @@ std::vector<double> steps(const PairList& pairs, bool of_estimate) {
   return out;
 }
 
-/// Way up to each pair.
-std::vector<double> way(const PairList& pairs, bool of_estimate = false) {
+/// Path length up to each pair.
+std::vector<double> path(const PairList& pairs, bool of_estimate = false) {
   std::vector<double> s = steps(pairs, of_estimate);
   for (std::size_t i = 1; i < s.size(); ++i) s[i] += s[i - 1];
   return s;
 }
 
-/// The first index after i whose way from i is nearest to distance_m.
+/// The first index after i whose distance along the path from i is nearest to distance_m.
 std::size_t end_of_piece(const std::vector<double>& s, std::size_t i, double distance_m) {
   const auto off = [&](std::size_t k) { return std::abs((s[k] - s[i]) - distance_m); };
   const auto first = s.begin() + static_cast<std::ptrdiff_t>(i) + 1;
   const auto after = std::lower_bound(first, s.end(), s[i] + distance_m);
   if (after == first) return i + 1;
-  // While the vehicle stands the way does not grow: the first of equal ones counts.
+  // At standstill the path length does not grow: the first of equal ones counts.
   const auto before = std::lower_bound(first, s.end(), *(after - 1));
   const auto b = static_cast<std::size_t>(before - s.begin());
   if (after == s.end()) return b;
@@ -43,7 +43,7 @@ std::size_t end_of_piece(const std::vector<double>& s, std::size_t i, double dis
   return off(b) <= off(a) ? b : a;
 }
 
-/// Where pieces of at least distance_m end, counted anew after each.
+/// Ends of pieces of at least distance_m; the length restarts at each end.
 std::vector<std::size_t> ends_of_pieces(const std::vector<double>& steps, double distance_m) {
   std::vector<std::size_t> ends;
   double piece_m = 0.0;
@@ -81,7 +81,7 @@ std::vector<PoseError> relative_errors(const PairList& pairs, const RelativeOpti
     for (std::size_t k = 1; k < ends.size(); ++k) add(ends[k - 1], ends[k]);
     return out;
   }
-  const std::vector<double> s = way(pairs, options.along_estimate);
+  const std::vector<double> s = path(pairs, options.along_estimate);
   const double tolerance_m = options.tolerance * options.distance_m;
   for (std::size_t i = 0; i + 1 < pairs.size(); ++i) {
     const std::size_t j = end_of_piece(s, i, options.distance_m);
@@ -98,8 +98,8 @@ std::vector<double> axis_errors(const PairList& pairs, const SE3& T_ref_est, con
   return out;
 }
 
-std::vector<double> along_way_errors(const PairList& pairs, const SE3& T_ref_est, double chord_m) {
-  const std::vector<double> s = way(pairs);
+std::vector<double> along_path_errors(const PairList& pairs, const SE3& T_ref_est, double chord_m) {
+  const std::vector<double> s = path(pairs);
   std::vector<double> out(pairs.size(), 0.0);
   std::size_t back = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -125,6 +125,6 @@ Statistics rotation_statistics(const std::vector<PoseError>& errors) {
   return statistics(std::move(values));
 }
 
-double way_length_m(const PairList& pairs) { return pairs.empty() ? 0.0 : way(pairs).back(); }
+double path_length_m(const PairList& pairs) { return pairs.empty() ? 0.0 : path(pairs).back(); }
 
 }  // namespace rali::eval

@@ -26,7 +26,7 @@ PosePair pair_of(int i, const SE3& est, const SE3& ref) {
   return {Time::from_ns(i), est, ref, static_cast<std::size_t>(i)};
 }
 
-/// Unit square as reference; the estimate is turned by 90 deg, shifted, one corner 0.2 m too high.
+/// Unit square as reference; the estimate is rotated by 90 deg, shifted, one corner 0.2 m too high.
 PairList square() {
   const Mat3 R = geometry::rotation_from_rpy(0.0, 0.0, 90.0 * kDegree);
   const std::array<Vec3, 4> corners{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(0, 1, 0)};
@@ -91,7 +91,7 @@ TEST(Alignment, positions_on_a_line_are_refused_for_se3) {
 }
 
 TEST(Alignment, one_transform_for_the_fleet_shows_a_shift_that_single_ones_hide) {
-  // Two perfect lines 4 m apart; the second vehicle's estimate is shifted by 0.6 m across.
+  // Two perfect lines 4 m apart; the second vehicle's estimate is shifted by 0.6 m laterally.
   PairList first;
   PairList second;
   for (int i = 0; i < 4; ++i) {
@@ -126,7 +126,7 @@ TEST(RelativeErrors, consecutive_pieces_do_not_overlap_and_short_ways_give_none)
   PairList pairs;
   for (int i = 0; i <= 20; ++i)
     pairs.push_back(pair_of(i, pose(0.5 * i, 0, 0), pose(0.5 * i, 0, 0)));
-  // As in evo the first piece begins where the first two metres end.
+  // As in evo the first piece starts at the end of the first two metres.
   EXPECT_EQ(relative_errors(pairs, {2.0, false, 0.1}).size(), 4U);
   EXPECT_EQ(relative_errors(pairs, {2.0, true, 0.1}).size(), 17U);
   EXPECT_TRUE(relative_errors(pairs, {50.0, true, 0.1}).empty());
@@ -140,12 +140,12 @@ TEST(RelativeErrors, a_stop_of_the_vehicle_is_no_way) {
   EXPECT_EQ(relative_errors(pairs, {1.0, true, 0.1}).size(), 10U);
 }
 
-TEST(AlongWay, slipping_back_in_a_corridor_has_a_negative_sign) {
+TEST(AlongPath, slipping_back_in_a_corridor_has_a_negative_sign) {
   PairList pairs;
   for (int i = 0; i <= 10; ++i) {
     pairs.push_back(pair_of(i, pose(0.0, 0.9 * i, 0.0), pose(0.0, i, 0.0)));
   }
-  const std::vector<double> e = along_way_errors(pairs, SE3{}, 2.0);
+  const std::vector<double> e = along_path_errors(pairs, SE3{}, 2.0);
   EXPECT_EQ(e[1], 0.0);
   EXPECT_NEAR(e[10], -1.0, 1e-12);
 }
@@ -195,7 +195,7 @@ TEST(Consistency, a_covariance_that_is_none_is_counted_not_used) {
   EXPECT_EQ(c.used, 1U);
   EXPECT_EQ(c.unusable, 2U);
   EXPECT_NEAR(c.mean, 4.0, 1e-9);
-  EXPECT_EQ(c.share_within_95, 1.0);
+  EXPECT_EQ(c.fraction_within_95, 1.0);
 }
 
 TEST(Association, nearest_within_ten_milliseconds) {
@@ -207,7 +207,7 @@ TEST(Association, nearest_within_ten_milliseconds) {
   ASSERT_TRUE(a.has_value());
   ASSERT_EQ(a->pairs.size(), 1U);
   EXPECT_EQ(a->pairs[0].ref.p.x(), 1.0);
-  // As in evo the shorter list is paired from: one of the two references found no estimate.
+  // As in evo, pairing starts from the shorter list: one of the two references has no estimate.
   EXPECT_EQ(a->unmatched, 1U);
 }
 

@@ -8,7 +8,7 @@ using geometry::SE3;
 
 namespace {
 
-/// Less is no motion: what single scans of a standing vehicle differ by.
+/// Smaller differences are not motion: single scans at standstill differ by this much.
 constexpr double kSame_m = 5e-3, kSame_rad = 5e-3;
 
 bool same(const SE3& a, const SE3& b) {

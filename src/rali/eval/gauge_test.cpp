@@ -29,9 +29,9 @@ PosePair pair_of(double t_s, const SE3& est, const SE3& ref) {
 }
 
 TEST(Gauge, error_is_relative_to_the_reference_pose_by_hand) {
-  // The map holds the reference at (1, 0, 0), heading along y; in the world it is the origin.
+  // The reference is at (1, 0, 0) in map, heading along y; in the world it is at the origin.
   const Gauge gauge = gauge_of(pair_of(1.0, pose(1, 0, 0, 90.0), pose(0, 0, 0)));
-  // 10 m ahead: at (1, 10, 0) in map. The estimate is 0.3 m too far and states 0.1 m.
+  // 10 m ahead: at (1, 10, 0) in map. The estimate is 0.3 m too far with a sigma of 0.1 m.
   const SE3 truth = gauge.T_est_ref * pose(10, 0, 0);
   EXPECT_NEAR((truth.p - Vec3(1, 10, 0)).norm(), 0.0, 1e-12);
   const Mat6 P = 0.01 * Mat6::Identity();
@@ -40,7 +40,7 @@ TEST(Gauge, error_is_relative_to_the_reference_pose_by_hand) {
 }
 
 TEST(Gauge, an_error_of_the_reference_is_an_error_of_all_others) {
-  // The estimate took the reference for turned by 1 degree: 10 m ahead that is 0.1745 m aside.
+  // The estimated reference is rotated by 1 degree: a lateral error of 0.1745 m at 10 m ahead.
   const Gauge gauge = gauge_of(pair_of(1.0, pose(0, 0, 0, 1.0), pose(0, 0, 0)));
   const SE3 truth = gauge.T_est_ref * pose(10, 0, 0);
   EXPECT_NEAR((truth.p - Vec3(10, 0, 0)).norm(), 10.0 * kDegree, 1e-4);
@@ -64,7 +64,7 @@ Vec6 drawn(const Mat6& P, Rng& rng) {
   return P.llt().matrixL() * n;
 }
 
-/// A vehicle whose errors are exactly as it states: a start, and steps of 1 m on a curve.
+/// A vehicle whose errors are drawn from its covariances: a start, and steps of 1 m on a curve.
 struct Drawn {
   PairList pairs;
   std::vector<Mat6> covariances;  ///< relative to the reference
@@ -88,14 +88,14 @@ struct Drawn {
   }
 };
 
-/// Mean over runs of the NEES at the end of the way, covariances scaled.
+/// Mean over runs of the NEES at the end of the path, with scaled covariances.
 struct MeanNees {
   double pose = 0.0, position = 0.0, fitted = 0.0;
 };
 
 constexpr int kRuns = 400;
 
-/// Two vehicles: the first starts at the reference, the second's start is known to 0.1 m and 1
+/// Two vehicles: the first starts at the reference, the second with a start sigma of 0.1 m and 1
 /// degree. Runs alternate between them.
 MeanNees mean_nees(double scale) {
   Rng rng(7);

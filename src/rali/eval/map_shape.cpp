@@ -15,10 +15,10 @@ using geometry::Vec3;
 namespace {
 
 constexpr std::size_t kBlock = 1024;
-// A plane without any thickness has entropy minus infinity; a micrometre is taken for none.
+// A plane without thickness has entropy minus infinity; variances are at least (1 micrometre)^2.
 constexpr double kVarianceMin_m2 = 1e-12;
 
-/// Sums about a given middle: no large numbers are subtracted.
+/// Sums about a given centre avoid the subtraction of large numbers.
 class Spread {
  public:
   void add(const Vec3& offset) {
@@ -47,7 +47,7 @@ class Spread {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// What the surroundings of each point look like; NaN where there are too few points.
+/// Thickness and entropy of the neighbourhood of each point; NaN where there are too few points.
 struct PointShapes {
   std::vector<double> thickness_m, entropy;
 };

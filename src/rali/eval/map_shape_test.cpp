@@ -11,7 +11,7 @@ namespace {
 
 using geometry::Vec3;
 
-/// Square of 0.6 m with normal noise of sigma_m; sheets_m apart, a second sheet.
+/// Square of 0.6 m with normal noise of sigma_m, and a second sheet sheets_m away if > 0.
 PointList patch(double sigma_m, double sheets_m, std::size_t n = 20000) {
   Rng rng(1, "patch");
   PointList points;
@@ -23,7 +23,7 @@ PointList patch(double sigma_m, double sheets_m, std::size_t n = 20000) {
   return points;
 }
 
-// The listed figures are of one random draw; entropy differs between draws by a few hundredths.
+// The listed figures are of one random draw; entropy varies between draws by a few hundredths.
 TEST(PatchShape, plates_of_one_and_three_centimetres_have_the_listed_thickness_and_entropy) {
   const PatchShape thin = patch_shape(patch(0.01, 0.0));
   EXPECT_NEAR(thin.thickness_m, 0.0099, 2e-4);

@@ -17,10 +17,10 @@ namespace {
 
 constexpr std::size_t kBlock = 1024;
 constexpr std::size_t kPointsMin = 10;
-// A direction whose information is this share of the best one's is not told by the mesh.
-constexpr double kOpenShare = 1e-6;
+// Directions with less than this fraction of the best one's information are degenerate.
+constexpr double kOpenFraction = 1e-6;
 
-/// One point and the place on the mesh it is nearest to.
+/// One point and the direction to its nearest point on the mesh.
 struct Match {
   Vec3 p;          ///< in the mesh's frame
   Vec3 direction;  ///< unit, from the mesh to the point
@@ -37,7 +37,7 @@ class Icp {
     for (const Vec3& p : points_) centre_ += p / static_cast<double>(points_.size());
   }
 
-  /// Matches at a pose; rmse of those that count [m].
+  /// Finds the matches at a pose; returns the rmse of the used ones [m].
   double match(const SE3& T) {
     executor_.for_blocks(points_.size(), kBlock,
                          [&](std::size_t, std::size_t begin, std::size_t end) {
@@ -60,8 +60,8 @@ class Icp {
     return std::sqrt(sum / static_cast<double>(n));
   }
 
-  /// The pose that the matches ask for. Turns are about the middle of the cloud, so that far
-  /// origins do not spoil the numbers.
+  /// Gauss-Newton step from the matches. Rotations are about the centre of the cloud, so that
+  /// distant origins do not cause rounding errors.
   SE3 step(const SE3& T, int& open_directions) const {
     const Vec3 centre = T * centre_;
     Mat6 A = Mat6::Zero();
@@ -74,7 +74,7 @@ class Icp {
     const double arm_m = std::max(std::sqrt(arm2), 1e-6);
     for (const Match& m : matches_) {
       if (m.distance_m > farthest_m_) continue;
-      Vec6 J;  // turns scaled by the cloud's size: all six in metres
+      Vec6 J;  // rotations scaled by the cloud's size: all six in metres
       J << (m.p - centre).cross(m.direction) / arm_m, m.direction;
       A += J * J.transpose();
       b -= m.distance_m * J;
@@ -84,7 +84,7 @@ class Icp {
     open_directions = 0;
     for (int k = 0; k < 6; ++k) {
       const double value = eigen.eigenvalues()[k];
-      if (!(value > kOpenShare * eigen.eigenvalues()[5])) {
+      if (!(value > kOpenFraction * eigen.eigenvalues()[5])) {
         ++open_directions;
         continue;
       }
@@ -100,7 +100,7 @@ class Icp {
   [[nodiscard]] Match one(const Vec3& p) const {
     const TriangleTree::Nearest found = tree_.nearest(p);
     Match m{p, Vec3::Zero(), found.distance_m};
-    // On the surface the difference is rounding; the triangle's normal is not.
+    // On the surface the difference vector is rounding noise; the triangle's normal is not.
     const Vec3 normal = tree_.normal(found.triangle);
     const Vec3 off = p - found.point;
     m.direction = found.distance_m > 1e-9 ? Vec3(off / found.distance_m) : normal;
@@ -138,7 +138,7 @@ Result<MeshIcp> align_to_mesh(const PointList& points, const SE3& T_mesh_cloud,
     const SE3 T = icp.step(out.T_mesh_cloud, out.open_directions);
     const double rmse_m = icp.match(T);
     out.converged = std::abs(out.rmse_m - rmse_m) < options.rmse_change_m;
-    // A step that makes it worse is not taken: the minimum is reached as well as it can be.
+    // A step that increases the rmse is not taken: the minimum is reached to within rounding.
     if (rmse_m > out.rmse_m) {
       out.converged = true;
       break;

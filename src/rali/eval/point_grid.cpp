@@ -17,7 +17,7 @@ struct Ticket {
   std::uint32_t index;
 };
 
-/// Corner of the cubes: a multiple of cell_m, so that cubes of clouds in one frame coincide.
+/// Origin of the cubes: a multiple of cell_m, so that cubes of clouds in one frame coincide.
 Vec3 low_corner(const PointList& points, double cell_m) {
   Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
   for (const Vec3& p : points) {

@@ -10,17 +10,17 @@ namespace rali::eval {
 
 using PointList = std::vector<geometry::Vec3>;
 
-/// Keeps one point per cube of cell_m, so that walls near the vehicle, which it saw most often,
-/// do not weigh most. Which one is kept says nothing about its error: it is drawn by its place in
-/// the list, the same each time. Points that are not finite are left out. Result in the order of
-/// the list.
+/// Keeps one point per cube of cell_m, so that walls near the vehicle, which it measured most
+/// often, do not dominate. The choice is independent of the point's error: it is a pseudo-random
+/// draw by the index in the list, the same each time. Points that are not finite are left out.
+/// Result in the order of the list.
 [[nodiscard]] PointList thinned(const PointList& points, double cell_m);
 
-/// At most n points, drawn as evenly as thinned() draws.
+/// At most n points, drawn in the same way as by thinned().
 [[nodiscard]] PointList drawn(const PointList& points, std::size_t n);
 
-/// Finds points within a radius: indices sorted by cubes of that size. Flat memory; queries may run
-/// at the same time.
+/// Finds points within a radius: indices sorted by cubes of that size. Flat memory; queries are
+/// thread-safe.
 class PointGrid {
  public:
   /// @param points finite; must outlive the grid
@@ -50,7 +50,7 @@ class PointGrid {
   const PointList& points_;
   double radius_m_;
   geometry::Vec3 low_;
-  std::vector<Cell> cells_;           ///< rising keys, and one beyond the last
+  std::vector<Cell> cells_;           ///< increasing keys, and one past the last
   std::vector<std::uint32_t> order_;  ///< indices of points, cell after cell
 };
 

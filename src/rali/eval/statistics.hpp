@@ -19,7 +19,7 @@ struct Statistics {
 
 [[nodiscard]] Statistics statistics(std::vector<double> values);
 
-/// The value below which the share q (0..1) of the values lies, linear between neighbours;
+/// The value below which the fraction q (0..1) of the values lies, linear between neighbours;
 /// 0 for an empty list.
 [[nodiscard]] double quantile(std::vector<double> values, double q);
 

@@ -34,11 +34,11 @@ Vec3 closest_on_edges(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c
 
 }  // namespace
 
-// Which corner, edge or face is nearest follows from six dot products (Ericson, Real-Time Collision
+// Six dot products determine the nearest corner, edge or face (Ericson, Real-Time Collision
 // Detection, 2005, 5.1.5).
 Vec3 closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a, ap = p - a;
-  // The plane of a sliver is rounding, its edges are not.
+  // The normal of a sliver is dominated by rounding, its edges are not.
   const double sine2_min = 1e-16 * ab.squaredNorm() * ac.squaredNorm();
   if (!(ab.cross(ac).squaredNorm() > sine2_min)) return closest_on_edges(p, a, b, c);
   const double d1 = ab.dot(ap), d2 = ac.dot(ap);
@@ -70,7 +70,7 @@ struct TriangleTree::Impl {
       low = low.cwiseMin(v);
       high = high.cwiseMax(v);
     }
-    // Single precision is spent on the size of the mesh, not on how far away its origin is.
+    // Coordinates relative to the mesh centre: single precision is not lost to a distant origin.
     middle = 0.5 * (low + high);
     size_m = (high - low).maxCoeff();
     device = rtcNewDevice("set_affinity=0");
@@ -115,7 +115,7 @@ struct TriangleTree::Impl {
   RTCScene scene = nullptr;
 };
 
-/// What one query has found so far.
+/// Best result of one query so far.
 struct TriangleTree::Impl::Query {
   const Impl& tree;
   const Vec3& p;
@@ -123,7 +123,7 @@ struct TriangleTree::Impl::Query {
   double best2 = std::numeric_limits<double>::infinity();
   Nearest best = {};
 
-  /// Called for each triangle in reach. @return whether the reach has become less
+  /// Called for each triangle in range. @return true if the search radius has decreased
   static bool look_at(RTCPointQueryFunctionArguments* args) {
     auto& query = *static_cast<Query*>(args->userPtr);
     const auto [a, b, c] = query.tree.corners(args->primID);
@@ -147,7 +147,7 @@ TriangleTree::~TriangleTree() = default;
 
 TriangleTree::Nearest TriangleTree::nearest(const Vec3& p) const {
   const Vec3 local = p - impl_->middle;
-  // Embree rounds p, corners and boxes by 2^-24 each; sixteen times that is safe.
+  // Embree rounds p, corners and boxes by 2^-24 each; the margin is sixteen times that.
   Impl::Query found{*impl_, p, 1e-6 * (impl_->size_m + local.cwiseAbs().maxCoeff())};
   RTCPointQueryContext context;
   rtcInitPointQueryContext(&context);

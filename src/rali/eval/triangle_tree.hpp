@@ -7,14 +7,14 @@
 
 namespace rali::eval {
 
-/// The point of a triangle nearest to p; exact for triangles without area too.
+/// The point of a triangle nearest to p; exact for degenerate triangles (zero area) too.
 [[nodiscard]] geometry::Vec3 closest_on_triangle(const geometry::Vec3& p, const geometry::Vec3& a,
                                                  const geometry::Vec3& b, const geometry::Vec3& c);
 
-/// Finds the triangle nearest to a point by Embree's point query. Embree's tree is of single
-/// precision and only proposes triangles, with a margin for its rounding; distances are of double
-/// precision. Of triangles equally near, the first of the mesh counts: results do not depend on the
-/// tree or the processor. Queries may run at the same time.
+/// Finds the triangle nearest to a point by Embree's point query. Embree's tree has single
+/// precision and only proposes triangles, with a margin for its rounding; distances have double
+/// precision. Of equally near triangles the first in the mesh is returned: results do not depend on
+/// the tree or the processor. Queries are thread-safe.
 class TriangleTree {
  public:
   /// @param mesh must have passed check_mesh()

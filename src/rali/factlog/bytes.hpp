@@ -16,7 +16,7 @@ void put(std::vector<std::byte>& out, T value) {
   }
 }
 
-/// The bounds are the caller's.
+/// The caller checks the bounds.
 template <class T>
 [[nodiscard]] T get(std::span<const std::byte> bytes, std::size_t at) {
   std::uint64_t value = 0;

@@ -61,7 +61,7 @@ Result<std::unique_ptr<DiskLog>> DiskLog::open(const std::string& folder,
   }
   std::unique_ptr<DiskLog> log(new DiskLog(std::move(*opened), settings, Use::kKeep));
   if (const Status read = log->read_segments(); !read) return tl::make_unexpected(read.error());
-  // A program that was killed leaves names in the machine's memory: here they count as synced.
+  // A killed program may leave directory entries only in the page cache: this syncs them.
   if (const Status synced = log->folder_.sync(); !synced) {
     return tl::make_unexpected(synced.error());
   }
@@ -132,9 +132,9 @@ Status DiskLog::read_segment(std::uint32_t number, bool last) {
   } else if (rest > 0) {
     report(damaged(path, rest, scan.whole_end));
   }
-  // A file that was made, but not even its head is whole.
+  // The file was created, but its head is incomplete.
   if (scan.whole_end == 0) segment.closed = true;
-  // A program that was killed leaves records in the machine's memory: here they count as synced.
+  // A killed program may leave records only in the page cache: this syncs them.
   if (keep) {
     if (auto status = segment.file.sync(); !status) return status;
   }
@@ -142,7 +142,7 @@ Status DiskLog::read_segment(std::uint32_t number, bool last) {
   return {};
 }
 
-/// The log ends within a record: behind the last whole one nothing holds.
+/// The log ends within a record: bytes after the last whole one are invalid.
 Status DiskLog::end_at(Segment& segment, std::uint64_t rest) {
   const bool keep = use_ == Use::kKeep;
   report(finding_of("log.torn", Severity::kInfo,
@@ -186,7 +186,7 @@ Result<std::optional<RecordPlace>> DiskLog::write(const RecordKey& key, std::uin
     to.end += record.size();
     return std::optional(place);
   }
-  // A part may be there. The next record overwrites it; what stays is cut when it is read again.
+  // A part may be written. The next record overwrites it; any rest is cut at the next start.
   static_cast<void>(to.file.cut(to.end));
   if (!written) return tl::make_unexpected(written.error());
   return std::optional<RecordPlace>{};
@@ -221,8 +221,8 @@ Status DiskLog::sync_dirty() {
   return {};
 }
 
-/// After a failed sync nobody knows which pages are on the disk, and a second sync may succeed
-/// without having written them: what was not synced is written again, elsewhere.
+/// After a failed sync it is unknown which pages are on the disk, and a second sync may succeed
+/// without writing them. So unsynced records must be appended again, elsewhere.
 void DiskLog::forget_unsynced() {
   for (auto& [number, segment] : segments_) {
     if (segment.synced == segment.end) continue;

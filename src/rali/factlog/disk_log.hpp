@@ -15,18 +15,18 @@ struct DiskLogSettings {
   std::uint64_t segment_bytes = std::uint64_t{64} << 20;
 };
 
-/// The log in segments `facts-000000.log`, ... of one folder, which no other process may have open.
+/// The log in segments `facts-000000.log`, ... of one folder, with exclusive access.
 class DiskLog final : public FactLog {
  public:
-  /// Reads all segments. What is torn at the end is cut; damage is a Finding, and what it held is
-  /// missing. @param folder is there
+  /// Reads all segments. A torn end is cut; damage is a Finding, and its records are missing.
+  /// @param folder must exist
   /// Errors: kUsage if another process has it; kInput for segments of a newer program; kMachine.
   [[nodiscard]] static Result<std::unique_ptr<DiskLog>> open(const std::string& folder,
                                                              const DiskLogSettings& settings = {});
 
-  /// The same for a reader who changes nothing: no lock is taken, nothing is cut, synced or made,
-  /// and nothing can be appended. A program may be writing meanwhile: what it has not finished
-  /// counts as torn. Errors: kInput for segments of a newer program; kMachine.
+  /// The same for a reader that changes nothing: no lock is taken, nothing is cut, synced or
+  /// created, and nothing can be appended. A program may be writing meanwhile: its unfinished
+  /// records count as torn. Errors: kInput for segments of a newer program; kMachine.
   [[nodiscard]] static Result<std::unique_ptr<FactLog>> open_to_read(const std::string& folder);
 
   [[nodiscard]] Status sync() override;
@@ -37,7 +37,7 @@ class DiskLog final : public FactLog {
   struct Segment {
     File file;
     std::uint64_t end = 0;     ///< of the last whole record
-    std::uint64_t synced = 0;  ///< up to here it is on the disk
+    std::uint64_t synced = 0;  ///< bytes before this are on the disk
     bool closed = false;       ///< takes no more records
   };
 
@@ -54,7 +54,7 @@ class DiskLog final : public FactLog {
   [[nodiscard]] Status end_at(Segment& segment, std::uint64_t rest);
   [[nodiscard]] Finding damaged(const std::string& path, std::uint64_t bytes,
                                 std::uint64_t offset) const;
-  /// A segment with room for so many bytes, a new one if need be. Null: no room on the disk.
+  /// A segment with room for this many bytes, a new one if needed. Null: the disk is full.
   [[nodiscard]] Result<Segment*> segment_for(std::uint64_t bytes);
   [[nodiscard]] std::string path_of(std::uint32_t number) const;
   [[nodiscard]] Status sync_dirty();
@@ -64,7 +64,7 @@ class DiskLog final : public FactLog {
   DiskLogSettings settings_;
   Use use_;
   std::map<std::uint32_t, Segment> segments_;
-  bool names_dirty_ = false;  ///< a segment was made whose name is not on the disk yet
+  bool names_dirty_ = false;  ///< a new segment's directory entry is not synced yet
 };
 
 }  // namespace rali::factlog

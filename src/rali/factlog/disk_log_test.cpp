@@ -214,7 +214,7 @@ TEST(DiskLog, a_segment_whose_head_was_being_written_is_passed_over) {
   }
 }
 
-/// Files may not grow beyond this, as on a full disk.
+/// Limits the size of files, as on a full disk.
 class SmallDisk {
  public:
   explicit SmallDisk(std::uint64_t bytes) {

@@ -85,7 +85,7 @@ void FactLog::forget_from(const RecordPlace& place) {
   by_place_.erase(first, by_place_.end());
 }
 
-/// Once per stream: a cloned disk makes as many conflicts as facts.
+/// Once per stream: a cloned disk causes as many conflicts as facts.
 void FactLog::report_conflict(const RecordKey& key) {
   if (!conflicts_.emplace(key.vehicle, key.epoch).second) return;
   Finding finding;

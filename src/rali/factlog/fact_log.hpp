@@ -17,36 +17,36 @@ namespace rali::factlog {
 
 enum class Appended {
   kWritten,
-  kKnown,     ///< the same content is there: nothing was done
-  kConflict,  ///< another content is there: it stays, see take_findings
-  kFull       ///< no room: nothing was written, the log is as it was
+  kKnown,     ///< the same content exists: nothing was done
+  kConflict,  ///< another content exists and is kept, see take_findings
+  kFull       ///< no room: nothing was written, the log is unchanged
 };
 
-/// Facts for good: an append-only log with an index by key. What was appended survives a loss of
-/// power once sync() has returned; what was not is there wholly or not at all. Not thread-safe: one
-/// thread owns it.
+/// Permanent storage of facts: an append-only log with an index by key. Appended records survive a
+/// power loss once sync() has returned; before that each is there wholly or not at all. Not
+/// thread-safe: one thread owns it.
 class FactLog {
  public:
-  /// A record as it is read back. @return false: no more
+  /// Receives a record that was read. @return false: stop
   using Visit =
       std::function<bool(const RecordKey&, std::uint8_t kind, std::span<const std::byte>)>;
 
   virtual ~FactLog() = default;
 
-  /// Errors: kInput for a body beyond kBodyMax; kMachine where the disk fails. After an error the
-  /// log is as it was.
+  /// Errors: kInput for a body beyond kBodyMax; kMachine if the disk fails. After an error the log
+  /// is unchanged.
   [[nodiscard]] Result<Appended> append(const RecordKey& key, std::uint8_t kind,
                                         std::span<const std::byte> body);
 
-  /// Returns when all that was appended is on the disk. Errors: kMachine; then nothing of what was
-  /// appended since the last sync is in the log any more: append it again.
+  /// Returns when all appended records are on the disk. Errors: kMachine; then all records since
+  /// the last sync are removed from the log: append them again.
   [[nodiscard]] virtual Status sync() = 0;
 
   /// Errors: kNoAnswer if it is not there; kInput if its bytes have been damaged since they were
   /// indexed; kMachine.
   [[nodiscard]] Result<Bytes> read(const RecordKey& key) const;
 
-  /// In the order in which they were appended. What cannot be read is left out, with a Finding.
+  /// In the order of appending. Unreadable records are left out, with a Finding.
   void for_each(const Visit& visit);
 
   [[nodiscard]] bool contains(const RecordKey& key) const { return index_.contains(key); }
@@ -56,26 +56,26 @@ class FactLog {
   /// Bytes that can still be written.
   [[nodiscard]] virtual std::uint64_t free_bytes() const = 0;
 
-  /// Damage, torn ends and conflicts that were met since the last call.
+  /// Damage, torn ends and conflicts detected since the last call.
   [[nodiscard]] FindingList take_findings() { return std::exchange(findings_, {}); }
 
  protected:
-  /// What the index holds of a record.
+  /// Index entry of a record.
   struct Entry {
     RecordHead head;
     RecordPlace place;
   };
 
-  /// Writes a record behind the last one. @return where; nothing: no room
+  /// Writes a record after the last one. @return its place; nothing: no room
   [[nodiscard]] virtual Result<std::optional<RecordPlace>> write(
       const RecordKey& key, std::uint8_t kind, std::span<const std::byte> body) = 0;
 
   [[nodiscard]] virtual Result<Bytes> body_of(const Entry& entry) const = 0;
 
-  /// Notes a record that is written. False: its key is taken; the first one stays.
+  /// Adds a written record to the index. False: its key exists; the first record is kept.
   bool index(const Entry& entry);
 
-  /// The records at and behind this place are gone.
+  /// Removes the records at and after this place.
   void forget_from(const RecordPlace& place);
 
   void report(Finding finding) { findings_.push_back(std::move(finding)); }
@@ -85,7 +85,7 @@ class FactLog {
 
   std::map<RecordKey, Entry> index_;
   std::map<std::pair<std::uint32_t, std::uint64_t>, RecordKey> by_place_;
-  std::set<std::pair<VehicleId, std::uint32_t>> conflicts_;  ///< streams of which it was said
+  std::set<std::pair<VehicleId, std::uint32_t>> conflicts_;  ///< streams already reported
   FindingList findings_;
 };
 

@@ -9,7 +9,7 @@
 namespace rali::factlog {
 namespace {
 
-/// What both logs must do.
+/// Requirements on both logs.
 class AnyLog : public testing::TestWithParam<bool> {
  protected:
   AnyLog() {

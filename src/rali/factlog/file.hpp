@@ -10,15 +10,15 @@
 
 namespace rali::factlog {
 
-/// An open file or directory, closed at the end of its life.
+/// An open file or directory, closed by the destructor.
 class File {
  public:
   enum class Mode {
-    kFolder,     ///< a directory, for its lock and to sync the names in it
-    kExisting,   ///< to read and write
-    kRead,       ///< to read alone
-    kCreate,     ///< likewise; made if it is not there
-    kCreateNew,  ///< likewise; must not be there yet
+    kFolder,     ///< a directory, for its lock and to sync its entries
+    kExisting,   ///< read and write
+    kRead,       ///< read only
+    kCreate,     ///< as kExisting; created if absent
+    kCreateNew,  ///< as kExisting; must not exist yet
   };
 
   /// Errors: kMachine.
@@ -30,17 +30,17 @@ class File {
 
   [[nodiscard]] Result<std::uint64_t> size() const;
 
-  /// So many bytes from `offset` on; fewer only at the end of the file.
+  /// Reads this many bytes from `offset` on; fewer only at the end of the file.
   [[nodiscard]] Result<Bytes> read(std::uint64_t offset, std::size_t bytes) const;
 
   enum class Written { kAll, kNoRoom };
 
-  /// kNoRoom: the disk, a quota or a limit of the process allows no more; a part may be written.
+  /// kNoRoom: the disk, a quota or a limit of the process is exhausted; a part may be written.
   [[nodiscard]] Result<Written> write(std::uint64_t offset, std::span<const std::byte> bytes);
 
   [[nodiscard]] Status cut(std::uint64_t size);
 
-  /// Data and size, or the names in a directory, are on the disk.
+  /// Returns when data and size, or the entries of a directory, are on the disk.
   [[nodiscard]] Status sync();
 
   /// False: another process, or another open file, has the lock.

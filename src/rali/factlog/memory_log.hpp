@@ -21,13 +21,13 @@ class MemoryLog final : public FactLog {
     return capacity_ > bytes_ ? capacity_ - bytes_ : 0;
   }
 
-  /// More or less room from now on; what is there stays.
+  /// Changes the capacity; existing records are kept.
   void set_capacity(std::uint64_t bytes) { capacity_ = bytes; }
 
-  /// The next syncs fail, as those of a broken disk.
+  /// The next syncs fail, as on a broken disk.
   void break_syncs(bool broken) { broken_ = broken; }
 
-  /// As after a loss of power: what was not synced is gone.
+  /// As after a power loss: unsynced records are gone.
   void lose_power() { forget_unsynced(); }
 
  private:

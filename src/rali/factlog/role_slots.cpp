@@ -69,7 +69,7 @@ void RoleSlots::take(std::span<const std::byte> slots) {
     counter_ = slot->counter;
     content_ = std::move(slot->content);
   }
-  // The first save goes to slot 1: with slot 0 unused it is the one that was cut short.
+  // The first save goes to slot 1: if slot 0 is unused, that save was interrupted.
   state_ = read > 0 ? State::kRead : first_unused ? State::kNew : State::kUnreadable;
   one_is_damaged_ = read == 1 && unused == 0;
 }

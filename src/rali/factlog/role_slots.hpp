@@ -16,14 +16,14 @@ inline constexpr std::size_t kSlotBytes = 4096;
 inline constexpr std::size_t kSlotHeadBytes = 24;
 inline constexpr std::size_t kSlotContentMax = kSlotBytes - kSlotHeadBytes;
 
-/// What must be on the disk before an answer leaves, in one of two slots in turn: whatever is cut
-/// short, the other slot has what was saved before.
+/// State that must be on the disk before an answer is sent, in two alternating slots: if a write is
+/// interrupted, the other slot has the previous state.
 class RoleSlots {
  public:
   enum class State {
-    kNew,        ///< nothing was ever saved, or the very first save was cut short
+    kNew,        ///< nothing was ever saved, or the very first save was interrupted
     kRead,       ///< see content()
-    kUnreadable  ///< something was saved, and neither slot can be read
+    kUnreadable  ///< something was saved, but neither slot is readable
   };
 
   virtual ~RoleSlots() = default;
@@ -33,15 +33,15 @@ class RoleSlots {
   /// As last saved.
   [[nodiscard]] const Bytes& content() const { return content_; }
 
-  /// One of two used slots cannot be read: cut short, or damaged later.
+  /// One of two used slots is unreadable: interrupted, or damaged later.
   [[nodiscard]] bool one_is_damaged() const { return one_is_damaged_; }
 
   /// Returns when it is on the disk. Errors: kInput beyond kSlotContentMax bytes; kMachine, then
-  /// what was saved before holds.
+  /// the previous state is kept.
   [[nodiscard]] Status save(std::span<const std::byte> content);
 
  protected:
-  /// What both slots hold, as it was read.
+  /// Decodes both slots as read.
   void take(std::span<const std::byte> slots);
 
   /// Writes and syncs a slot, 0 or 1.
@@ -57,8 +57,8 @@ class RoleSlots {
 /// In a file of two slots.
 class DiskSlots final : public RoleSlots {
  public:
-  /// Makes the file at its full size if it is not there, so that a full disk is no reason not to
-  /// vote. @param folder where it is, for its name to be synced. Errors: kMachine.
+  /// Creates the file at its full size if it is absent, so that a full disk does not prevent
+  /// voting. @param folder its directory, whose entry is synced. Errors: kMachine.
   [[nodiscard]] static Result<DiskSlots> open(const std::string& folder, const std::string& name);
 
  private:
@@ -74,7 +74,7 @@ class MemorySlots final : public RoleSlots {
  public:
   MemorySlots() : bytes_(2 * kSlotBytes) {}
 
-  /// As a new program finds them.
+  /// As after a restart of the program.
   [[nodiscard]] MemorySlots reopened() const {
     MemorySlots slots;
     slots.bytes_ = bytes_;
@@ -82,7 +82,7 @@ class MemorySlots final : public RoleSlots {
     return slots;
   }
 
-  /// For damage.
+  /// For simulating damage.
   [[nodiscard]] Bytes& bytes() { return bytes_; }
 
  private:

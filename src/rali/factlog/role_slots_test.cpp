@@ -15,7 +15,7 @@ DiskSlots opened(const TestFolder& folder) {
   return std::move(*slots);
 }
 
-/// A file that was saved so often, the last time with body_of(saves).
+/// A file that was saved this often, the last time with body_of(saves).
 void save(const TestFolder& folder, std::uint32_t saves) {
   DiskSlots slots = opened(folder);
   for (std::uint32_t k = 1; k <= saves; ++k) {
@@ -42,7 +42,7 @@ TEST(RoleSlots, give_back_what_was_saved_last) {
   }
 }
 
-// Of a write that was cut short some first bytes are new and the rest is of two saves before.
+// An interrupted write leaves some new bytes first; the rest is of two saves before.
 TEST(RoleSlots, a_write_cut_short_at_any_byte_leaves_what_was_saved_before) {
   const TestFolder folder;
   save(folder, 4);

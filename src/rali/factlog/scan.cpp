@@ -9,8 +9,8 @@ namespace rali::factlog {
 
 namespace {
 
-/// Bodies that are checked in vain, in units of the segment's size: heads made by an enemy could
-/// each claim the longest body.
+/// Limit of bytes checked without success, in units of the segment's size: forged heads could each
+/// claim the longest body.
 constexpr std::uint64_t kVainMax = 8;
 
 class Scan {

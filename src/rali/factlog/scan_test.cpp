@@ -27,7 +27,7 @@ Bytes body_in(const Bytes& segment, const SegmentScan::Record& record) {
   return {begin, begin + static_cast<std::ptrdiff_t>(record.head.body_bytes)};
 }
 
-/// Each record that is read is one that was written, with its content.
+/// Each record that is read was written, with this content.
 void expect_only_written(const Bytes& bytes, const SegmentScan& scan,
                          const std::vector<std::size_t>& lengths, const std::string& where) {
   for (const SegmentScan::Record& r : scan.records) {
@@ -63,7 +63,7 @@ TEST(Scan, a_record_cut_at_any_byte_is_left_out_and_all_before_it_stay) {
   }
 }
 
-// A disk that lost power may have the new length and no content.
+// A power loss may leave a disk with the new length but no content.
 TEST(Scan, zeros_at_the_end_are_torn_bytes) {
   Bytes segment = segment_of({10, 20});
   const std::size_t whole = segment.size();
@@ -99,8 +99,8 @@ TEST(Scan, after_damage_reading_goes_on_at_the_next_whole_record) {
   EXPECT_EQ(scan.damages[0].bytes, 78U);
 }
 
-// Whoever sends facts could put a whole record into one; if that fact is damaged, its content must
-// not become facts of others.
+// A sender of facts could put a whole record into one; if that fact is damaged, its content must
+// not become a fact of another vehicle.
 TEST(Scan, a_record_within_the_body_of_a_damaged_one_is_none) {
   const Bytes inner = encode_record({VehicleId{1}, 0, 7}, 3, body_of(7, 30), {kSegment, 0});
   Bytes segment = encode_segment_head();

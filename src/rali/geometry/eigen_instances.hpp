@@ -7,8 +7,8 @@
 #include "rali/geometry/types.hpp"
 
 /// The decompositions of Eigen that many files use, compiled once in eigen_instances.cpp: each
-/// costs 2 to 9 s in every file that compiles it anew. The precompiled headers of the rooms include
-/// this header, so no file has to; a build without them gives the same results.
+/// costs 2 to 9 s in every file that compiles it anew. The modules' precompiled headers include
+/// this header, so no file needs to. A build without them gives the same results.
 
 #ifndef RALI_EIGEN_INSTANCE
 #define RALI_EIGEN_INSTANCE extern template

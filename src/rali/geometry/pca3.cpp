@@ -6,8 +6,8 @@
 namespace rali::geometry {
 
 Pca3 pca3(const Mat3& S) {
-  // The iterative solver: the closed form loses the small eigenvalue of thin planes, which is the
-  // one that planes are judged by.
+  // The iterative solver: the closed form loses accuracy in the small eigenvalue of thin planes,
+  // which decides whether a plane is accepted.
   Eigen::SelfAdjointEigenSolver<Mat3> solver;
   solver.compute(S);
   Pca3 out;

@@ -7,7 +7,7 @@
 namespace rali::geometry {
 
 Eigen::MatrixXd regression(const Eigen::MatrixXd& cross, const Eigen::MatrixXd& known) {
-  // Metres, seconds and speeds side by side: in units of their sigmas, so that small is small.
+  // Metres, seconds and speeds are mixed: scaling by their sigmas makes one eigenvalue limit valid.
   constexpr double kNone = 1e-10;
   const Eigen::VectorXd scale =
       known.diagonal().unaryExpr([](double v) { return v > 0.0 ? 1.0 / std::sqrt(v) : 0.0; });

@@ -4,9 +4,9 @@
 
 namespace rali::geometry {
 
-/// Gain of the regression of a state on quantities with covariance `known`, whose covariance with
-/// the state is `cross` (one row for each of the state's numbers). Quantities that hang on each
-/// other count once.
+/// Gain of the regression of a state on quantities with covariance `known`. `cross` is the
+/// covariance of the state with them, one row per state component. Correlated quantities are not
+/// counted twice.
 [[nodiscard]] Eigen::MatrixXd regression(const Eigen::MatrixXd& cross,
                                          const Eigen::MatrixXd& known);
 

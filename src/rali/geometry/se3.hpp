@@ -27,8 +27,8 @@ struct SE3 {
 /// Interpolation from a (s = 0) to b (s = 1): rotation at constant rate, position on the line.
 [[nodiscard]] SE3 interpolate(const SE3& a, const SE3& b, double s);
 
-/// Covariance of `boxplus` (rotation in body, position in the outer frame) as the ROS
-/// PoseWithCovariance has it: order x y z rx ry rz, rotation about the fixed outer axes.
+/// Converts a covariance of `boxplus` (rotation in body, position in the outer frame) to that of
+/// ROS PoseWithCovariance: order x y z rx ry rz, rotation about the fixed outer axes.
 [[nodiscard]] Mat6 covariance_fixed_axes(const Mat6& cov_boxplus, const Mat3& R_outer_body);
 
 }  // namespace rali::geometry

@@ -16,7 +16,7 @@ SE3 random_pose(Rng& rng) {
 
 double distance(const SE3& a, const SE3& b) { return (a.R - b.R).norm() + (a.p - b.p).norm(); }
 
-TEST(Se3, chains_as_its_names_say) {
+TEST(Se3, chains_as_its_names_report) {
   const SE3 T_a_b{so3_exp(Vec3(0.0, 0.0, M_PI / 2)), Vec3(1.0, 0.0, 0.0)};
   const SE3 T_b_c{Mat3::Identity(), Vec3(2.0, 0.0, 0.0)};
   // b's x axis is a's y axis: c's origin is at (1, 2) in a.
@@ -76,8 +76,8 @@ TEST(Se3, interpolates_at_constant_rate) {
 }
 
 TEST(Se3, ros_covariance_has_position_first_and_turns_about_the_outer_axes) {
-  // Roll of the body is uncertain; the body points along the outer y: so the uncertain turn is
-  // about the outer y.
+  // The body's roll is uncertain and its x axis points along the outer y, so the uncertain rotation
+  // is about the outer y.
   Mat6 cov = Mat6::Zero();
   cov.diagonal() << 0.04, 0.0, 0.0, 1.0, 2.0, 3.0;
   cov(0, 3) = cov(3, 0) = 0.1;

@@ -34,7 +34,7 @@ Mat3 so3_exp(const Vec3& phi) {
 }
 
 Vec3 so3_log(const Mat3& R) {
-  // Through the quaternion: its vector part is accurate at small angles and near pi alike.
+  // Via the quaternion: its vector part is accurate both at small angles and near pi.
   Eigen::Quaterniond q(R);
   if (q.w() < 0.0) q.coeffs() = -q.coeffs();
   const double n = q.vec().norm();
@@ -70,8 +70,8 @@ Mat3 so3_right_jacobian_inverse(const Vec3& phi) {
 Mat3 so3_normalised(const Mat3& R) { return Eigen::Quaterniond(R).normalized().toRotationMatrix(); }
 
 Mat3 rotation_between(const Vec3& a, const Vec3& b) {
-  // As Eigen's FromTwoVectors, without its singular value decomposition for opposite vectors, which
-  // takes longer to compile than the rest of this room.
+  // Like Eigen's FromTwoVectors, but without its singular value decomposition for opposite vectors,
+  // which takes longer to compile than the rest of this module.
   constexpr double kOpposite = 1e-12;
   const Vec3 from = a.normalized(), to = b.normalized();
   const double cosine = to.dot(from);
@@ -93,7 +93,8 @@ Mat3 rotation_from_rpy(double roll_rad, double pitch_rad, double yaw_rad) {
 Vec3 rpy_from_rotation(const Mat3& R) {
   const double cos_pitch = std::hypot(R(2, 1), R(2, 2));
   const double pitch = std::atan2(-R(2, 0), cos_pitch);
-  // Nose straight up or down: roll and yaw are one turn, and the elements above only rounding.
+  // Gimbal lock: only the sum or difference of roll and yaw is defined, and the elements above are
+  // rounding errors.
   if (cos_pitch < 1e-12) return {std::atan2(-R(1, 2), R(1, 1)), pitch, 0.0};
   return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
 }

@@ -20,7 +20,7 @@ namespace rali::geometry {
 /// Inverse of the right Jacobian, for |phi| < 2 pi.
 [[nodiscard]] Mat3 so3_right_jacobian_inverse(const Vec3& phi);
 
-/// Nearest rotation matrix (Frobenius): takes rounding out of long products.
+/// Nearest rotation matrix (Frobenius): removes the rounding errors of long products.
 [[nodiscard]] Mat3 so3_normalised(const Mat3& R);
 
 /// The smallest rotation R with R a parallel to b; a and b need not be unit vectors.

@@ -21,7 +21,7 @@ void expect_rotation(const Mat3& R) {
   EXPECT_NEAR(R.determinant(), 1.0, 1e-12);
 }
 
-// Angles at which series and closed forms change over, and both ends of the range.
+// Angles where series and closed forms switch, and both ends of the range.
 const double kAngles[] = {0.0, 1e-300, 1e-12, 1e-8, 0.99e-4, 1.01e-4,    0.99e-2,    1.01e-2,
                           0.3, 1.0,    2.0,   3.0,  3.141,   kPi - 1e-6, kPi - 1e-10};
 
@@ -152,7 +152,7 @@ TEST(So3, roll_pitch_yaw_are_about_fixed_x_y_z_in_this_order) {
       so3_exp(Vec3(0.0, 0.0, 0.7)) * so3_exp(Vec3(0.0, -0.2, 0.0)) * so3_exp(Vec3(0.1, 0.0, 0.0));
   EXPECT_LT((R - expected).norm(), 1e-15);
   EXPECT_LT((rpy_from_rotation(R) - Vec3(0.1, -0.2, 0.7)).norm(), 1e-15);
-  // Gimbal lock: angles are not unique, the rotation they make must be.
+  // Gimbal lock: the angles are not unique, but their rotation must be.
   const Mat3 lock = rotation_from_rpy(0.3, kPi / 2, 0.5);
   const Vec3 rpy = rpy_from_rotation(lock);
   EXPECT_LT((rotation_from_rpy(rpy.x(), rpy.y(), rpy.z()) - lock).norm(), 1e-12);

@@ -30,7 +30,7 @@ void extend_add(const Supernode& child, const MatrixXd& update, MatrixXd& front)
   }
 }
 
-// Rows and columns of the front's rows below the pivots, out of the parent's full matrix.
+// Gathers the rows and columns of the front's rows below the pivots from the parent's full matrix.
 MatrixXd gather(const Supernode& child, const MatrixXd& parent) {
   const int base = child.pivot_size();
   const int n = child.size() - base;
@@ -119,7 +119,7 @@ bool BlockCholesky::factorise(const BlockMatrix& matrix, double relative, double
     const int below = plan_.supernodes[s].size() - p;
     Eigen::Ref<MatrixXd> pivots = front.topLeftCorner(p, p);
     const Eigen::LLT<Eigen::Ref<MatrixXd>> llt(pivots);  // in place
-    // A NaN is not caught by the factorisation itself.
+    // The factorisation itself does not detect a NaN.
     if (llt.info() != Eigen::Success || !pivots.diagonal().allFinite()) {
       return false;
     }
@@ -151,8 +151,8 @@ MatrixXd BlockCholesky::permuted(const MatrixXd& x, bool back) const {
   return y;
 }
 
-/// A front whose right sides are zero leaves all as it is: of a right side with few rows that are
-/// not, only the way from these to the root is gone.
+/// Fronts with a zero right side are skipped: a right side with few nonzero rows visits only the
+/// path from these to the root.
 void BlockCholesky::forward(MatrixXd& x) const {
   const std::size_t end = plan_.supernodes.size() - (keep_last_ ? 1 : 0);
   for (std::size_t s = 0; s < end; ++s) {
@@ -196,7 +196,7 @@ BlockCholesky::PartialSolution::PartialSolution(const BlockCholesky& factor, con
   factor.forward(x_);
 }
 
-/// A front needs those above it alone.
+/// A front depends only on those above it.
 MatrixXd BlockCholesky::PartialSolution::of(int variable) {
   const Elimination& plan = factor_.plan_;
   const int position = plan.position[at(variable)];

@@ -7,27 +7,27 @@
 namespace rali::graph {
 
 /// Multifrontal Cholesky factor L L^T of a BlockMatrix: each front is dense, so the work is in
-/// matrix products. The order is found once and kept over the factorisations.
+/// matrix products. The elimination order is computed once and reused by all factorisations.
 class BlockCholesky {
  public:
-  /// As Elimination.
+  /// Parameters as for Elimination.
   BlockCholesky(const BlockMatrix& pattern, const std::vector<int>& last, bool keep_last = false);
 
-  /// Factors the matrix, where each diagonal element a grows by `relative` a + `absolute`. The
-  /// matrix has the pattern that this was made with.
+  /// Factors the matrix; each diagonal element a grows by `relative` a + `absolute`. The matrix has
+  /// the pattern given to the constructor.
   /// @return false if a pivot is not positive.
   [[nodiscard]] bool factorise(const BlockMatrix& matrix, double relative, double absolute);
 
   /// One or more right sides, each a column in the order of the matrix. Not with `keep_last`.
   [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;
 
-  /// A solution of which few blocks are asked for: the others are not worked out. The factor must
-  /// stay as it is.
+  /// A solution of which only a few blocks are needed: the others are not computed. The factor must
+  /// not change meanwhile.
   class PartialSolution {
    public:
     PartialSolution(const BlockCholesky& factor, const Eigen::MatrixXd& right);
 
-    /// The rows of one variable, as solve() has them.
+    /// The rows of one variable, as in the result of solve().
     [[nodiscard]] Eigen::MatrixXd of(int variable);
 
    private:
@@ -36,10 +36,11 @@ class BlockCholesky {
     std::vector<bool> done_;  ///< by front
   };
 
-  /// With `keep_last`: what is left of the matrix for the last variables, in their order.
+  /// With `keep_last`: Schur complement of the last variables, in their order.
   [[nodiscard]] const Eigen::MatrixXd& schur() const { return schur_; }
 
-  /// Likewise of a right side b: at the end what is left of it; before, L^-1 of the others' b.
+  /// Reduces a right side b in the same way: its tail is that of the Schur complement, its head
+  /// L^-1 b.
   [[nodiscard]] Eigen::VectorXd reduce(const Eigen::VectorXd& right) const;
 
   /// Diagonal blocks of the inverse, by variable (Takahashi's recursion, on the fronts). Not with
@@ -52,7 +53,7 @@ class BlockCholesky {
   [[nodiscard]] std::size_t stored() const;
 
  private:
-  /// An entry of the matrix and its place in a front.
+  /// An entry of the matrix and its position in a front.
   struct Scatter {
     int entry = 0;
     int row = 0;

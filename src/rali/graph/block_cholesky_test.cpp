@@ -106,7 +106,7 @@ TEST(block_cholesky, gives_the_diagonal_of_the_inverse_without_inverting) {
   }
 }
 
-// Kept variables that no block joins are joined by what is eliminated between them.
+// Kept variables without a common block are coupled by the variables eliminated between them.
 TEST(block_cholesky, leaves_the_schur_complement_of_the_variables_that_are_kept) {
   Rng rng(4, "schur");
   const Sample s = sample(30, rng);
@@ -142,7 +142,7 @@ TEST(block_cholesky, refuses_what_is_not_positive_or_not_a_number) {
   EXPECT_FALSE(cholesky.factorise(s.blocks, 0.0, 0.0));
 }
 
-// A ladder of 4 x 200: without an order that thinks, its factor would be dense.
+// A ladder of 4 x 200: without a fill-reducing order its factor would be dense.
 TEST(block_cholesky, fills_in_little_on_a_ladder_of_vehicles) {
   std::vector<std::pair<int, int>> pairs;
   constexpr int kVehicles = 4;

@@ -7,8 +7,8 @@
 
 namespace rali::graph {
 
-/// Lower triangle of a symmetric matrix of dense blocks, few of them not zero. A variable is one
-/// row and column of blocks; it has 1 to some tens of unknowns.
+/// Lower triangle of a sparse symmetric matrix of dense blocks. A variable is one row and column of
+/// blocks; it has 1 to some tens of unknowns.
 class BlockMatrix {
  public:
   struct Entry {

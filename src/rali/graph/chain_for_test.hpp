@@ -19,7 +19,7 @@ inline PriorFactor pose_prior(Seq seq, const KeyframeState& mean, double sigma_r
   return f;
 }
 
-/// Relative pose without rotation; sigma 0 stands for no information.
+/// Relative pose without rotation; sigma 0 means no information.
 inline RelativePoseFactor relative(Seq i, Seq j, const geometry::Vec3& p_m,
                                    const geometry::Vec3& sigma_m) {
   RelativePoseFactor f;
@@ -46,7 +46,7 @@ inline RangeFactor fixed_range(std::uint64_t id, Seq seq, const geometry::Vec3& 
   return f;
 }
 
-/// Adds the next keyframe, which is number seq, at this place.
+/// Adds the next keyframe, number seq, at this position.
 inline void add_keyframe_at(PoseGraph& graph, Seq seq, const geometry::Vec3& p_odom_m) {
   KeyframeState x;
   x.T_odom_body.p = p_odom_m;

@@ -44,7 +44,7 @@ void check(const Window& window, const RangeFactor& f) {
   if (f.other) {
     check(window, *f.other);
     RALI_ASSERT(!f.landmark);
-    // The same node at both ends would measure its own shape and nothing else.
+    // With the same node at both ends the range would not constrain any pose.
     const auto apart = [&](Seq seq) { return seq != f.i && (!f.j || seq != *f.j); };
     RALI_ASSERT(apart(f.other->i) && (!f.other->j || apart(*f.other->j)));
   }

@@ -1,6 +1,6 @@
-// Monte Carlo of algorithms.md 5.1: a corridor along x, 1 m beside an antenna that stands. LiDAR
-// says nothing along x; inertial deltas and ranges do. Is the axial variance that the graph claims
-// the one that its errors have?
+// Monte Carlo of algorithms.md 5.1: a corridor along x, 1 m beside a static antenna. LiDAR has no
+// information along x; inertial deltas and ranges do. Tests whether the axial variance of the graph
+// matches its actual errors.
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -42,7 +42,8 @@ StateVec start_sigma() {
   return sigma;
 }
 
-// One second at rest or in even motion, level: closed form of the sums and of their covariance.
+// One second at standstill or in uniform motion, level: closed form of the sums and their
+// covariance.
 InertialFactor inertial(Seq i, const KeyframeState& from, const KeyframeState& to,
                         const KeyframeState& bias_at, Rng& rng) {
   InertialFactor f;
@@ -59,7 +60,7 @@ InertialFactor inertial(Seq i, const KeyframeState& from, const KeyframeState& t
   f.d_position_d_accel = -0.5 * Mat3::Identity();
   f.d_velocity_d_gyro = 0.5 * geometry::skew(a);
   f.d_position_d_gyro = geometry::skew(a) / 6.0;
-  // White noise through the integrals of 1, t, t^2/2 of force, and of rotation times force.
+  // White noise integrated over 1, t, t^2/2 of force, and over rotation times force.
   constexpr int kSteps = 10;
   constexpr double kDt = 1.0 / kSteps;
   Eigen::Matrix<double, 9, 9> P = Eigen::Matrix<double, 9, 9>::Zero();
@@ -193,8 +194,8 @@ TEST(corridor, axial_error_is_what_the_graph_claims) {
   EXPECT_LT(nees, 1.5);
 }
 
-// What 5.1 and 5.4 warn of must be seen by this test, or the one above proves nothing. The same 25
-// runs each time, so that the ratios are sharper than the means.
+// The violations that 5.1 and 5.4 warn of must fail here, or the test above proves nothing. All use
+// the same 25 runs, so that the ratios are sharper than the means.
 TEST(corridor, lies_if_ranges_are_used_twice_or_the_bias_or_the_blindness_is_ignored) {
   Errors no_bias;
   no_bias.model_bias = false;

@@ -6,8 +6,8 @@
 
 namespace rali::graph {
 
-/// Central differences of residual and cost by every unknown of the window, against J and J^T r.
-/// `derivative_of_r` is false where a robust loss is on: then J^T r is right and J is not dr/dx.
+/// Compares J and J^T r with central differences of residual and cost over every unknown of the
+/// window. `derivative_of_r` is false with a robust loss: then J^T r is right but J is not dr/dx.
 template <class Make>
 void expect_derivatives(const Window& window, const Make& make, bool derivative_of_r = true) {
   constexpr double kStep = 1e-6;

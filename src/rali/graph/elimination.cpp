@@ -9,10 +9,10 @@ namespace rali::graph {
 
 namespace {
 
-// Two fronts become one where that stores fewer zeros than this share of it: small fronts cost
-// more by their number than by their size.
+// Two fronts are merged if zeros are less than this fraction of the result: the cost of small
+// fronts is in their number.
 constexpr double kZerosMax = 0.2;
-constexpr int kSmallFront = 36;  ///< unknowns; these merge with more zeros
+constexpr int kSmallFront = 36;  ///< unknowns; such fronts merge with more zeros
 constexpr double kZerosMaxSmall = 0.5;
 
 using Lists = std::vector<std::vector<int>>;
@@ -49,7 +49,7 @@ std::vector<int> minimum_degree(const BlockMatrix& matrix, const std::vector<int
   return order;
 }
 
-// Positions below each position that it touches when its turn comes, and its parent in the
+// For each position, the later positions coupled to it when it is eliminated, and its parent in the
 // elimination tree: the first of them.
 struct Fill {
   Lists below;
@@ -80,7 +80,7 @@ Fill fill_in(Lists adjacent) {
   return fill;
 }
 
-// Children before parents and next to them, the highest child last: `last` variables stay last.
+// Children directly before their parents, the highest child last: `last` variables stay last.
 std::vector<int> postorder(const std::vector<int>& parent) {
   const int n = static_cast<int>(parent.size());
   Lists children(at(n) + 1);
@@ -116,7 +116,7 @@ std::vector<int> inverted(const std::vector<int>& order) {
   return position;
 }
 
-// Joins neighbouring positions to fronts.
+// Merges neighbouring positions into fronts.
 class FrontBuilder {
  public:
   FrontBuilder(const BlockMatrix& matrix, const std::vector<int>& order, const Fill& fill, int kept)
@@ -153,15 +153,15 @@ class FrontBuilder {
 
   bool joins(int j) {
     const int n = static_cast<int>(order_.size());
-    if (j >= n - kept_) return j > n - kept_;  // the kept ones are one front, and only they
+    if (j >= n - kept_) return j > n - kept_;  // the kept ones form one front alone
     const int previous = j - 1;
     if (fill_.parent[at(previous)] != j) return false;
     const int height = size_of(j) + below_size(j);
     const int zeros = zeros_ + pivots_ * (height - below_size(previous));
     const int width = pivots_ + size_of(j);
     const int stored = width * (pivots_ + height);
-    const double share = static_cast<double>(zeros) / stored;
-    if (share > (pivots_ + height <= kSmallFront ? kZerosMaxSmall : kZerosMax)) return false;
+    const double fraction = static_cast<double>(zeros) / stored;
+    if (fraction > (pivots_ + height <= kSmallFront ? kZerosMaxSmall : kZerosMax)) return false;
     zeros_ = zeros;
     return true;
   }
@@ -183,8 +183,8 @@ class FrontBuilder {
   const std::vector<int>& order_;
   const Fill& fill_;
   int kept_ = 0;
-  int pivots_ = 0;  ///< unknowns eliminated by the front that grows
-  int zeros_ = 0;   ///< stored by it in vain
+  int pivots_ = 0;  ///< unknowns eliminated by the current front
+  int zeros_ = 0;   ///< stored zeros of it
 };
 
 void link(std::vector<Supernode>& fronts, const std::vector<int>& front_at) {
@@ -220,7 +220,7 @@ Elimination::Elimination(const BlockMatrix& matrix, const std::vector<int>& last
   const std::vector<int> post = postorder(first_fill.parent);
   for (const int p : post) order.push_back(degree_order[at(p)]);
   position = inverted(order);
-  // The same fill, in the new numbers.
+  // The same fill, in the new numbering.
   const std::vector<int> renumbered = inverted(post);
   Fill fill{Lists(at(n)), std::vector<int>(at(n), -1)};
   for (int j = 0; j < n; ++j) {

@@ -6,15 +6,15 @@
 
 namespace rali::graph {
 
-/// Variables that are eliminated together as one dense front: `pivots` first, then the rows below
-/// that they touch. Positions are those of Elimination::order.
+/// Variables that are eliminated together as one dense front: `pivots` first, then the coupled rows
+/// below. Positions are those of Elimination::order.
 struct Supernode {
   int first = 0;             ///< position of the first pivot; the others follow it
   int pivots = 0;            ///< variables
-  std::vector<int> rows;     ///< positions of all variables of the front, growing, pivots first
+  std::vector<int> rows;     ///< positions of all variables of the front, ascending, pivots first
   std::vector<int> offsets;  ///< of the rows' unknowns in the front, and its size at the end
   int parent = -1;           ///< -1: a root
-  /// Of each row below the pivots, where its unknowns are in the parent's front.
+  /// For each row below the pivots, the position of its unknowns in the parent's front.
   std::vector<int> offsets_in_parent;
 
   [[nodiscard]] int pivot_size() const { return offsets[static_cast<std::size_t>(pivots)]; }
@@ -22,7 +22,7 @@ struct Supernode {
   [[nodiscard]] int size() const { return offsets.back(); }
 };
 
-/// In which order a BlockMatrix is eliminated, and what fills in (Liu 1992, multifrontal method).
+/// Elimination order of a BlockMatrix and its fill-in (Liu 1992, multifrontal method).
 struct Elimination {
   std::vector<int> order;             ///< variable at each position
   std::vector<int> position;          ///< of each variable
@@ -31,9 +31,9 @@ struct Elimination {
   std::vector<int> supernode_at;      ///< of each position
   int size = 0;                       ///< unknowns in all
 
-  /// Minimum degree (AMD) on the blocks. The variables `last` (growing) come after all others, as
-  /// they are: those that many touch. With `keep_last` they form one front together, which is
-  /// never eliminated.
+  /// Minimum degree (AMD) on the blocks. The variables `last` (ascending) come after all others in
+  /// the given order: those coupled to many. With `keep_last` they form one front, which is never
+  /// eliminated.
   Elimination(const BlockMatrix& matrix, const std::vector<int>& last, bool keep_last);
 };
 

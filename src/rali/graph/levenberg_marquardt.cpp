@@ -9,17 +9,17 @@ namespace {
 
 constexpr double kLambdaFactor = 10.0;
 constexpr double kLambdaMax = 1e10;
-// An unknown without any factor has a zero on the diagonal; it must not divide by it.
+// An unknown without any factor has a zero on the diagonal; the floor prevents a division by it.
 constexpr double kDiagonalFloor = 1e-9;
-// Costs below this are rounding of a perfect fit.
+// Costs below this are rounding of an exact fit.
 constexpr double kCostFloor = 1e-9;
-/// Below it, the damping would not keep a direction that nothing holds from moving by rounding;
-/// above it, the damping of one very stiff factor holds all that hangs on it: INTEL's information
-/// spans eleven decades.
+/// Lower damping would let rounding move an unobservable direction. Higher damping, scaled by one
+/// very stiff factor, would hold everything coupled to it: INTEL's information spans eleven
+/// decades.
 constexpr double kLambdaMin = 1e-15;
-constexpr double kLeverM = 10.0;  ///< a turn of a node counts as what it moves at this distance
+constexpr double kLeverM = 10.0;  ///< lever arm that converts a node's rotation into a displacement
 
-/// The farthest that a position, landmark or range bias moves [m].
+/// The largest change of a position, landmark or range bias [m].
 double farthest_m(const Window& window, const Eigen::VectorXd& step) {
   double farthest = 0.0;
   Eigen::Index at = 0;
@@ -38,10 +38,10 @@ double farthest_m(const Window& window, const Eigen::VectorXd& step) {
   return farthest;
 }
 
-/// Very stiff factors bend the valley, and a straight step leaves it by its square: a step that
-/// made it worse is given up only if a second one from there does not mend it. The equations are
-/// those of that place then.
-/// @return what the cost is at the end; NaN if there is no step
+/// Very stiff factors curve the valley, and a straight step leaves it quadratically. So a step that
+/// raised the cost is rejected only if a second one does not compensate it. The equations are then
+/// those after the first step.
+/// @return the final cost; NaN if there is no step
 double cost_of_second_step(Window& window, NormalEquations& equations, double huber_sd,
                            double relative, double absolute) {
   equations.relinearise(window, huber_sd);
@@ -87,7 +87,7 @@ SolveReport levenberg_marquardt(Window& window, NormalEquations& equations,
       } else if (!better) {
         saved.restore(window);
       }
-      // A step too small to matter ends it, even when rounding lets the cost rise.
+      // A negligible step ends the iteration, even if rounding raises the cost.
       if (step.allFinite() && farthest_m(window, step) < settings.step_min_m) {
         report.converged = true;
       }

@@ -54,7 +54,7 @@ void bias_walk(const InertialFactor& f, const KeyframeState& xi, const KeyframeS
   out.J.block<3, 3>(12, cj + kAccelBias).diagonal().setConstant(accel);
 }
 
-// Rows (rotation, velocity, position) by pose of i, pose of j as poses of the IMU.
+// Rows (rotation, velocity, position) and their derivatives by the IMU poses of i and j.
 struct InertialRows {
   Eigen::Matrix<double, 9, 1> r = Eigen::Matrix<double, 9, 1>::Zero();
   Eigen::Matrix<double, 9, 6> d_pose_i = Eigen::Matrix<double, 9, 6>::Zero();
@@ -68,7 +68,7 @@ InertialRows inertial_rows(const InertialFactor& f, const KeyframeState& xi,
                            const KeyframeState& xj) {
   const SE3 Ti = imu_pose(xi, f.T_body_imu);
   const SE3 Tj = imu_pose(xj, f.T_body_imu);
-  const auto RiT = Ti.R.transpose();  // a view: Ti stays
+  const auto RiT = Ti.R.transpose();  // a view: Ti must outlive it
   const double D = f.duration_s;
   const Vec3 db_g = xi.gyro_bias_radps - f.gyro_bias_radps;
   const Vec3 db_a = xi.accel_bias_mps2 - f.accel_bias_mps2;
@@ -103,7 +103,7 @@ InertialRows inertial_rows(const InertialFactor& f, const KeyframeState& xi,
 // Relative pose residual and its derivatives, multiplied by root.
 void relative_rows(const SE3& Ti, const SE3& Tj, const SE3& T_i_j, const geometry::Mat6& root,
                    int row, int ci, int cj, LinearFactor& out) {
-  const auto RiT = Ti.R.transpose();  // a view: Ti stays
+  const auto RiT = Ti.R.transpose();  // a view: Ti must outlive it
   const Vec3 r_R = so3_log(T_i_j.R.transpose() * RiT * Tj.R);
   const Mat3 JrInv = so3_right_jacobian_inverse(r_R);
   const Vec3 p_i = RiT * (Tj.p - Ti.p);
@@ -226,7 +226,7 @@ void linearise(const Window& window, const GlobalNode& global, LinearFactor& out
 
 namespace {
 
-/// How far the window is from where the prior was linearised, and where each block of it is.
+/// Difference of the window from the prior's linearisation point, and the columns of its blocks.
 Eigen::VectorXd delta_of(const Window& window, const DensePrior& prior) {
   Eigen::VectorXd delta(prior.H.rows());
   int at = 0;
@@ -257,7 +257,7 @@ LinearPrior linearise(const Window& window, const DensePrior& prior) {
   out.cost = prior.cost + prior.b.dot(delta) + 0.5 * delta.dot(Hd);
   out.H = prior.H;
   out.gradient = prior.b + Hd;
-  // The slope of boxminus is the identity but for the rotations.
+  // The Jacobian of boxminus is the identity but for the rotations.
   int at = 0;
   for (const auto& block : prior.keyframes) {
     const int dim = window.node(block.seq).dim;

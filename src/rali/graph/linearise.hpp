@@ -6,15 +6,15 @@
 
 namespace rali::graph {
 
-/// One factor at the present values: r + J d, both divided by sigma, and its cost r.r/2 (less where
-/// a robust loss is on). Columns are those of the unknowns it touches, block by block.
+/// One factor at the present values: r + J d, both divided by sigma, and its cost r.r/2 (less with
+/// a robust loss). Columns are those of the unknowns it involves, block by block.
 struct LinearFactor {
   static constexpr int kRowsMax = 15;
   static constexpr int kColumnsMax = 38;  ///< four keyframes with velocity, bias, tau
 
-  /// A keyframe comes with its pose (6), its pose and velocity (9) or all 15.
+  /// A keyframe contributes its pose (6), its pose and velocity (9) or all 15.
   struct Block {
-    int column = 0;  ///< in the vector of unknowns; -1: held fixed, no unknown
+    int column = 0;  ///< in the vector of unknowns; -1: fixed, not an unknown
     int local = 0;   ///< in J
     int dim = 0;
   };
@@ -26,14 +26,14 @@ struct LinearFactor {
   double cost = 0.0;
 
   void start(int rows);
-  /// Appends the columns of one unknown, zero, and returns their first place in J.
+  /// Appends zero columns for one unknown, and returns the first one's index in J.
   int append(int column, int dim);
 
   /// Sets the quadratic cost of r.
   void finish() { cost = 0.5 * r.squaredNorm(); }
 };
 
-// Each writes the factor at the values of `window`. Residuals: algorithms 1.3, 4.1, 6.1,
+// Each linearises the factor at the values of `window`. Residuals: algorithms 1.3, 4.1, 6.1,
 // algorithms_fleet 8.1.
 void linearise(const Window& window, const InertialTerm& term, LinearFactor& out);
 void linearise(const Window& window, const RelativeTerm& term, LinearFactor& out);
@@ -46,8 +46,8 @@ void linearise(const Window& window, const PriorTerm& term, LinearFactor& out);
 /// The prior of one landmark, bias or tau.
 void linearise(const Window& window, const GlobalNode& global, LinearFactor& out);
 
-/// Range with its derivatives, not divided by anything: r = |h| + b + tau rate - u and J = dr/dx in
-/// the columns of `out`.
+/// Range with its derivatives, not weighted: r = |h| + b + tau rate - u and J = dr/dx in the
+/// columns of `out`.
 void range_residual(const Window& window, const RangeFactor& f, LinearFactor& out);
 
 /// Calls use(LinearFactor) for every factor but the dense prior, always in the same order.
@@ -78,12 +78,12 @@ struct LinearPrior {
   Eigen::MatrixXd H;
   Eigen::VectorXd gradient;
   double cost = 0.0;
-  std::vector<LinearFactor::Block> blocks;  ///< local: place in H
+  std::vector<LinearFactor::Block> blocks;  ///< local: position in H
 };
 
 [[nodiscard]] LinearPrior linearise(const Window& window, const DensePrior& prior);
 
-/// Of a prior alone, without its slope: a step is tried far more often than taken.
+/// Cost of a prior alone, without its gradient: more steps are tried than accepted.
 [[nodiscard]] double cost(const Window& window, const DensePrior& prior);
 
 }  // namespace rali::graph

@@ -59,7 +59,7 @@ TEST(range_between_vehicles, derivatives_agree_with_central_differences) {
   }
 }
 
-// Antennas 0.5 m up on one and 1 m ahead on the other that has turned by a right angle.
+// Antennas 0.5 m above one body and 1 m ahead of the other, which is turned by a right angle.
 TEST(range_between_vehicles, is_from_antenna_to_antenna) {
   Window window;
   window.keyframes.resize(2);
@@ -88,7 +88,7 @@ TEST(gravity_factor, derivatives_agree_with_central_differences) {
   }
 }
 
-// Rolled by 0.1 rad to the left side up: the accelerometer of a body at rest leans as much.
+// Rolled by 0.1 rad, left side up: the accelerometer at standstill shows the same tilt.
 TEST(gravity_factor, is_zero_where_the_body_leans_as_its_accelerometer_says) {
   Window window;
   window.keyframes.resize(1);
@@ -132,7 +132,7 @@ TEST(pose_nodes, take_standstill_and_prior_without_velocity_and_bias) {
   expect_derivatives(window, stands);
   PriorTerm prior;
   prior.f.i = 4;
-  prior.f.mean.v_odom_mps = {1e3, 0.0, 0.0};  // of no concern to a pose
+  prior.f.mean.v_odom_mps = {1e3, 0.0, 0.0};  // irrelevant for a pose
   prior.root = StateMat::Identity();
   expect_derivatives(window, [&](const Window& w, LinearFactor& out) { linearise(w, prior, out); });
 }

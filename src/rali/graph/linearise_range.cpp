@@ -9,7 +9,7 @@ using geometry::Vec3;
 
 namespace {
 
-// Nearer than this the direction between two antennas is rounding.
+// At a smaller distance the direction between two antennas is rounding.
 constexpr double kDirectionMinM = 1e-6;
 
 const GlobalNode& value(const Window& window, GlobalId id) {
@@ -18,7 +18,7 @@ const GlobalNode& value(const Window& window, GlobalId id) {
   return window.globals[static_cast<std::size_t>(g)];
 }
 
-// Where an end is, how it moves, and its columns.
+// Position and velocity of an end, and its columns.
 struct Antenna {
   Vec3 p_m = Vec3::Zero();
   Vec3 v_mps = Vec3::Zero();
@@ -45,7 +45,7 @@ Antenna antenna(const Window& window, const RangeEnd& end, bool with_velocity, L
   return at;
 }
 
-// What the range changes by, to each metre and metre per second of the antenna it is from.
+// Derivatives of the range by position and velocity of the antenna at this end.
 struct Slopes {
   Vec3 d_p = Vec3::Zero();
   bool with_velocity = false;
@@ -73,7 +73,7 @@ void fill(const Window& window, const RangeEnd& end, const Antenna& at, double s
 
 void range_residual(const Window& window, const RangeFactor& f, LinearFactor& out) {
   out.start(1);
-  // With its own rate a range depends on velocity, and on position through e as well.
+  // Without a given rate the range depends on the velocity, and on the position through e as well.
   const bool own_rate = f.tau && !f.range_rate_mps;
   const Antenna from = antenna(window, f, own_rate, out);
   Antenna to;

@@ -22,7 +22,7 @@ TEST(inertial_factor, derivatives_agree_with_central_differences_with_an_imu_off
   }
 }
 
-// An IMU 1 m ahead of the body: turning by a right angle swings it round although the body stays.
+// An IMU 1 m ahead of the body: a turn by a right angle moves it although the body's origin stays.
 TEST(inertial_factor, sees_the_way_of_the_imu_and_not_that_of_the_body) {
   Window window;
   window.keyframes.resize(2);
@@ -117,7 +117,7 @@ TEST(range_factor, agrees_with_the_numbers_worked_by_hand) {
               0.0, 2e-6);
 }
 
-// Halfway between two keyframes the antenna is halfway between where each of them puts it.
+// Halfway between two keyframes the antenna is the mean of the positions predicted by both.
 TEST(range_factor, takes_the_antenna_between_two_keyframes_and_not_at_the_nearest) {
   Window window;
   window.keyframes.resize(2);
@@ -127,7 +127,7 @@ TEST(range_factor, takes_the_antenna_between_two_keyframes_and_not_at_the_neares
   f.j = 1;
   f.alpha = 0.25;
   f.p_i_m = {1.2, 0.0, 0.0};   // odometry of i: 0.2 m too far
-  f.p_j_m = {-3.0, 0.0, 0.0};  // odometry of j: where it is
+  f.p_j_m = {-3.0, 0.0, 0.0};  // odometry of j: exact
   window.lay_out();
   LinearFactor out;
   range_residual(window, f, out);
@@ -196,8 +196,8 @@ TEST(dense_prior, gradient_agrees_with_central_differences_away_from_its_lineari
   }
 }
 
-// A corridor along (1, 1, 0)/sqrt(2): known across and up, blind along.
-TEST(information_root, keeps_a_blind_direction_exactly_blind) {
+// A corridor along (1, 1, 0)/sqrt(2): observable across and up, degenerate along.
+TEST(information_root, keeps_a_degenerate_direction_exactly_degenerate) {
   const Vec3 along = Vec3(1.0, 1.0, 0.0).normalized();
   geometry::Mat6 information = geometry::Mat6::Zero();
   information.topLeftCorner<3, 3>().diagonal().setConstant(1e7);

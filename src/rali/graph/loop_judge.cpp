@@ -19,17 +19,17 @@ namespace {
 using Eigen::MatrixXd;
 using geometry::Mat6;
 
-/// Where a loop turns nothing by more, the rise that the curvature predicts is none too small: a
-/// robust loss rises more slowly than the parabola that it was weighed by, and what turning moves
-/// by its square is 2 cm at 100 m.
+/// If the predicted step turns no node by more, the quadratic prediction is not too low: a robust
+/// loss rises more slowly than its quadratic, and the second-order effect of this turn is 2 cm at
+/// 100 m.
 constexpr double kStraight_rad = 0.02;
 
-/// The graph without loops at its minimum, factored once for all the loops that are asked about.
+/// The graph without loops at its minimum, factored once for all loop candidates.
 class LoopJudge {
  public:
   LoopJudge(const Window& window, const GraphSettings& settings, StopFlag stop);
 
-  /// May be called at the same time for several loops.
+  /// Safe to call concurrently.
   [[nodiscard]] LoopVerdict verdict(const RelativePoseFactor& loop) const;
 
  private:
@@ -44,8 +44,8 @@ class LoopJudge {
   bool factored_ = false;
 };
 
-/// Steps from the graph's minimum towards the one with a loop: with the curvature that the graph
-/// has without it and the loop's own on top (Woodbury).
+/// Steps from the graph's minimum towards the one with a loop: Gauss-Newton steps with the graph's
+/// curvature without it plus the loop's own (Woodbury).
 class StepsWithLoop {
  public:
   StepsWithLoop(Window graph, const RelativeTerm& loop, double huber_sd)
@@ -57,7 +57,7 @@ class StepsWithLoop {
 
   [[nodiscard]] const Window& graph() const { return graph_; }
 
-  /// @param equations factored, of this graph without the loop  @return by how much the cost fell
+  /// @param equations factored, of this graph without the loop  @return decrease of the cost
   double step(const NormalEquations& equations);
 
  private:
@@ -103,7 +103,7 @@ LoopJudge::LoopJudge(const Window& window, const GraphSettings& settings, StopFl
   factored_ = factorise_with_floor(equations_);
 }
 
-/// The farthest that a step turns a node [rad].
+/// The largest rotation of a node in a step [rad].
 double farthest_rad(const Window& window, const Eigen::VectorXd& step) {
   double farthest = 0.0;
   for (const KeyframeNode& node : window.keyframes) {
@@ -114,7 +114,7 @@ double farthest_rad(const Window& window, const Eigen::VectorXd& step) {
 }
 
 // e'(J P J' + R)^-1 e, with residual and J divided by sigma: then R is 1 in the directions that the
-// loop claims, and the others are zero in e and J and add nothing.
+// loop constrains, and the others are zero in e and J and add nothing.
 LoopVerdict LoopJudge::verdict(const RelativePoseFactor& loop) const {
   const RelativeTerm term = with_root(graph_, loop);
   RelativeTerm plain = term;
@@ -148,12 +148,12 @@ LoopVerdict LoopJudge::verdict(const RelativePoseFactor& loop) const {
   return verdict;
 }
 
-/// The minimum with the loop. The loop moves nodes by their uncertainty, and over that the
-/// curvature is nearly the same: the factorisation that is there serves, as one for each loop would
-/// take nearly all the time of a long mission. Only where such steps do not come to rest it is made
-/// anew, for the same pattern.
-/// @param rise_enough where the cost has risen by no more than this the minimum has not either, and
-/// need not be found
+/// The minimum with the loop. The loop moves nodes within their uncertainty, where the curvature is
+/// nearly constant. So the existing factorisation is used; one per loop would take nearly all the
+/// time of a long mission. It is recomputed, for the same pattern, only if these steps do not
+/// converge.
+/// @param rise_enough if the cost has risen by no more than this, neither has the minimum, and the
+/// iteration ends
 double LoopJudge::cost_with(const RelativeTerm& loop, double rise_enough) const {
   constexpr int kStepsMax = 20, kAnewMax = 8;
   constexpr double kFallMin = 1e-3;  // chi2 to a hundredth of what decides
@@ -164,7 +164,7 @@ double LoopJudge::cost_with(const RelativeTerm& loop, double rise_enough) const 
   for (int k = 0; k < kStepsMax; ++k) {
     const double fall = steps.step(equations_);
     if (rests(fall)) return steps.cost();
-    // The first step leaves the valley where stiff factors bend it; the next one mends that.
+    // The first step leaves a valley curved by stiff factors; the next one compensates that.
     if (k > 0 && !(fall >= 0.0)) break;
   }
   NormalEquations equations = equations_;

@@ -13,7 +13,7 @@ namespace rali::graph {
 
 namespace {
 
-// Weights that change by less have settled.
+// Smaller weight changes count as converged.
 constexpr double kWeightChangeMin = 1e-3;
 
 double quantile(const std::array<double, 7>& table, int dof) {
@@ -27,8 +27,8 @@ void add(const SolveReport& step, SolveReport& sum) {
   sum.converged = step.converged;
 }
 
-// q of each loop: squared residual over its gate. A loop that claims nothing fits.
-std::vector<double> shares(const Window& window) {
+// q of each loop: squared residual over its gate. A loop without any constraint has q = 0.
+std::vector<double> fractions(const Window& window) {
   std::vector<double> q;
   for (const LoopTerm& loop : window.loops) {
     q.push_back(loop.dof == 0 ? 0.0 : loop_chi2(window, loop) / loop_chi2_gate(loop.dof));
@@ -39,7 +39,7 @@ std::vector<double> shares(const Window& window) {
 // Gives each loop the weight of its q. @return the largest change.
 template <class Weight>
 double reweight(Window& window, const Weight& weight) {
-  const std::vector<double> q = shares(window);
+  const std::vector<double> q = fractions(window);
   double change = 0.0;
   for (std::size_t k = 0; k < q.size(); ++k) {
     const double w = weight(q[k]);
@@ -52,10 +52,10 @@ double reweight(Window& window, const Weight& weight) {
 SolveReport solve_gnc(Window& window, const GraphSettings& settings, NormalEquations& equations,
                       StopFlag stop) {
   SolveReport report;
-  const std::vector<double> q = shares(window);
+  const std::vector<double> q = fractions(window);
   std::optional<double> mu = gnc_first_mu(*std::max_element(q.begin(), q.end()));
   for (int round = 0; mu && round < settings.guard_rounds && !stop.raised(); ++round) {
-    reweight(window, [&](double share) { return gnc_weight(share, *mu); });
+    reweight(window, [&](double fraction) { return gnc_weight(fraction, *mu); });
     equations.relinearise(window, settings.huber_sd);
     add(levenberg_marquardt(window, equations, settings, stop, settings.guard_iterations), report);
     const bool decided = std::all_of(window.loops.begin(), window.loops.end(), [](const auto& l) {
@@ -64,12 +64,12 @@ SolveReport solve_gnc(Window& window, const GraphSettings& settings, NormalEquat
     if (decided) break;
     *mu *= settings.gnc_factor;
   }
-  // What is left between 0 and 1 after so many rounds lies on the gate.
-  reweight(window, [](double share) { return share <= 1.0 ? 1.0 : 0.0; });
+  // Weights still between 0 and 1 after so many rounds belong to loops at the gate.
+  reweight(window, [](double fraction) { return fraction <= 1.0 ? 1.0 : 0.0; });
   return report;
 }
 
-// Weights from the fit, the fit from the weights, until they agree.
+// Alternates between weights and fit until they agree.
 SolveReport solve_reweighted(Window& window, const GraphSettings& settings,
                              NormalEquations& equations, StopFlag stop) {
   SolveReport report;
@@ -120,7 +120,7 @@ double loop_chi2(const Window& window, const LoopTerm& loop) {
 SolveReport solve_with_guard(Window& window, const GraphSettings& settings, StopFlag stop) {
   const bool any = !window.loops.empty();
   const bool reweighted = settings.guard == LoopGuard::kHuber || settings.guard == LoopGuard::kDcs;
-  // The robust losses need a start that no wrong loop has bent; gnc begins with all (8.4).
+  // The robust losses need a start without the effect of wrong loops; gnc begins with all (8.4).
   set_weights(window, reweighted ? 0.0 : 1.0);
   SolveReport report;
   report.cost_before = total_cost(window, settings.huber_sd);

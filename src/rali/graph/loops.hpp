@@ -8,7 +8,8 @@
 
 namespace rali::graph {
 
-/// chi2 that a true measurement of so many directions (0 to 6) exceeds in 1 % of cases; 0 for none.
+/// chi2 that a correct measurement of this many directions (0 to 6) exceeds in 1 % of cases; 0 for
+/// 0.
 [[nodiscard]] double loop_chi2_gate(int dof);
 
 /// The same for 0.1 %: the veto's limit.
@@ -18,24 +19,24 @@ namespace rali::graph {
 /// truncated least squares with control mu (Yang et al. 2020, eq. 14; algorithms_fleet 8.4, T18).
 [[nodiscard]] double gnc_weight(double q, double mu);
 
-/// First mu, given the largest q; none where all loops fit from the start.
+/// First mu, given the largest q; none if all loops fit from the start.
 [[nodiscard]] std::optional<double> gnc_first_mu(double q_max);
 
-/// Squared residual of a loop at the present values, weight not counted.
+/// Squared residual of a loop at the present values, without its weight.
 [[nodiscard]] double loop_chi2(const Window& window, const LoopTerm& loop);
 
-/// Solves with weights on the loops as the guard decides them, and leaves both in the window. All
-/// else is never switched. The window must be laid out.
+/// Solves with loop weights chosen by the guard, and leaves both in the window. Other factors are
+/// never switched off. The window must be laid out.
 SolveReport solve_with_guard(Window& window, const GraphSettings& settings, StopFlag stop = {});
 
-/// How a loop fits to a graph that does not contain it.
+/// Consistency of a loop with a graph that does not contain it.
 struct LoopVerdict {
-  /// By which the graph's minimum would rise, doubled cost; where it is no veto, this is no less,
-  /// but for a few hundredths where it was not tried.
+  /// Twice the rise of the graph's minimum with the loop. An upper bound if no veto; without a
+  /// trial it may be too low by a few hundredths.
   double chi2 = 0.0;
-  int dof = 0;         ///< directions that the loop claims
-  bool exact = false;  ///< found by solving with the loop, not predicted
-  /// Relative pose as the graph predicts it, and the covariance of geometry::RelativePoseFactor's
+  int dof = 0;         ///< directions that the loop constrains
+  bool exact = false;  ///< computed by solving with the loop, not predicted
+  /// Relative pose predicted by the graph, and the covariance of geometry::RelativePoseFactor's
   /// residual: rotation in j, translation in i.
   geometry::SE3 T_i_j;
   geometry::Mat6 covariance = geometry::Mat6::Zero();

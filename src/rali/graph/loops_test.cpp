@@ -35,9 +35,9 @@ std::vector<LoopVerdict> judged(const PoseGraph& graph,
 
 constexpr int kNodes = 40;
 
-// Two vehicles side by side in a corridor along x, 3 m apart, whose steps of 1 m are known to 6 cm
-// along and 1 cm across, with ranges between them (0.1 m) at each step. The second one's start is
-// known to 0.1 m like the first one's.
+// Two vehicles side by side in a corridor along x, 3 m apart. Their steps of 1 m have a sigma of 6
+// cm along and 1 cm across, with ranges between them (0.1 m) at each step. The second one's start
+// has a sigma of 0.1 m like the first one's.
 struct Corridor {
   PoseGraph graph;
   std::vector<Vec3> truth;
@@ -107,7 +107,7 @@ struct Outcome {
   int wrong_kept = 0;
 };
 
-// 8 true loops and 12 wrong ones that agree among each other: doors that repeat every 6 m.
+// 8 correct loops and 12 wrong ones that agree with each other: doors that repeat every 6 m.
 Outcome outcome(LoopGuard guard) {
   GraphSettings settings;
   settings.guard = guard;
@@ -153,7 +153,7 @@ TEST(loop_guard, a_loop_once_rejected_returns_when_the_graph_has_learnt_better) 
   c.graph.add(c.loop(10, 10, 6.0));
   c.graph.solve_full();
   EXPECT_EQ(c.graph.loops()[0].weight, 0.0);
-  for (Seq k = 0; k < 2 * kNodes; ++k) {  // and now it turns out that the wrong loop was right
+  for (Seq k = 0; k < 2 * kNodes; ++k) {  // now the wrong loop proves right
     geometry::SE3 T;
     T.p = c.truth[k] + Vec3(k >= kNodes ? 6.0 : 0.0, 0.0, 0.0);
     c.graph.add_pose_prior(k, T, 1e6 * geometry::Mat6::Identity());
@@ -162,7 +162,7 @@ TEST(loop_guard, a_loop_once_rejected_returns_when_the_graph_has_learnt_better) 
   EXPECT_EQ(c.graph.loops()[0].weight, 1.0);
 }
 
-// Chain of one step known to 0.3 m along x; a loop that knows it to 0.4 m.
+// Chain of one step with sigma 0.3 m along x; a loop with sigma 0.4 m.
 struct OneStep {
   PoseGraph graph{GraphSettings{}};
   RelativePoseFactor loop;
@@ -201,9 +201,9 @@ TEST(loop_veto, asks_only_in_the_directions_that_the_loop_claims) {
   OneStep step;
   step.loop.information.row(3).setZero();
   step.loop.information.col(3).setZero();
-  const LoopVerdict blind = step.judge(100.0);
-  EXPECT_EQ(blind.dof, 5);
-  EXPECT_NEAR(blind.chi2, 0.0, 1e-9);
+  const LoopVerdict degenerate = step.judge(100.0);
+  EXPECT_EQ(degenerate.dof, 5);
+  EXPECT_NEAR(degenerate.chi2, 0.0, 1e-9);
 }
 
 TEST(loop_veto, does_not_let_loops_in_the_graph_speak_for_each_other) {
@@ -222,7 +222,7 @@ TEST(loop_veto, parts_wrong_loops_from_true_ones_in_a_corridor) {
   for (std::size_t k = 0; k < 10; ++k) EXPECT_EQ(verdicts[k].vetoed(), k >= 5) << k;
 }
 
-/// Twice the rise of the minimum where the loop is a factor like any other.
+/// Twice the rise of the minimum if the loop is an ordinary factor.
 double rise_when_solved(const PoseGraph& graph, const RelativePoseFactor& loop) {
   PoseGraph without = graph, with = graph;
   with.add(loop);
@@ -255,8 +255,8 @@ TEST(loop_veto, a_trial_finds_the_minimum_that_solving_with_the_loop_finds) {
   EXPECT_GE(predicted, 1) << "the prediction is enough to take one";
 }
 
-// A path of 40 m that nobody knows the heading of is turned by a radian: the curvature before says
-// little of that after.
+// A path of 40 m with unknown heading is turned by a radian: the curvature before it differs much
+// from that after it.
 TEST(loop_veto, a_trial_that_goes_far_ends_at_the_same_minimum) {
   PoseGraph graph{GraphSettings{}};
   for (int k = 0; k <= 40; ++k) {
@@ -270,8 +270,8 @@ TEST(loop_veto, a_trial_that_goes_far_ends_at_the_same_minimum) {
       graph.add(RelativePoseFactor{seq - 1, seq, step, Corridor::information(0.05, 0.05, 0.02)});
     }
   }
-  // Ends 1.5 m nearer, and as far off to the side as only a turn explains: taken. Then 0.4 m
-  // farther, which the turn makes 1.6 m: refused, though a straight prediction would take it.
+  // It ends 1.5 m nearer, and as far off to the side as only a turn explains: accepted. Then 0.4 m
+  // farther, which the turn makes 1.6 m: vetoed, though a linear prediction would accept it.
   for (const double x_m : {38.4, 40.4}) {
     RelativePoseFactor loop{0, 40, {}, Corridor::information(0.1, 0.1, 10.0)};
     loop.T_i_j.p = {x_m, 10.0, 0.0};

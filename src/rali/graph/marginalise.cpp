@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kDropEigenvalue = 1e-9;
 
-// Unknowns have different units: only in units of their own information do eigenvalues compare.
+// Unknowns have different units: eigenvalues are comparable only after scaling by the diagonal.
 struct ScaledEigen {
   Eigen::VectorXd unscale;  ///< 1/sqrt(H_ii), 0 where there is no information
   Eigen::VectorXd values;   ///< dropped ones are 0
@@ -24,8 +24,8 @@ struct ScaledEigen {
     unscale = H.diagonal().unaryExpr([](double v) { return v > 0.0 ? 1.0 / std::sqrt(v) : 0.0; });
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unscale.asDiagonal() * H *
                                                                unscale.asDiagonal());
-    const double least = kDropEigenvalue * eigen.eigenvalues().maxCoeff();
-    values = eigen.eigenvalues().unaryExpr([least](double v) { return v > least ? v : 0.0; });
+    const double minimum = kDropEigenvalue * eigen.eigenvalues().maxCoeff();
+    values = eigen.eigenvalues().unaryExpr([minimum](double v) { return v > minimum ? v : 0.0; });
     vectors = eigen.eigenvectors();
   }
 };
@@ -59,8 +59,8 @@ class Marginalisation {
 
   void touch(Seq seq) { touched_.push_back(seq); }
 
-  // Moves the terms that touch a leaving node to the part. `nodes_of` calls its argument with each
-  // of a term's nodes.
+  // Moves the terms of a leaving node to the part. `nodes_of` calls its argument with each of a
+  // term's nodes.
   template <class Term, class NodesOf>
   void split(std::vector<Term>& from, std::vector<Term>& to, const NodesOf& nodes_of) {
     std::vector<Term> stay;
@@ -116,7 +116,7 @@ class Marginalisation {
     return used && *used == id.number;
   }
 
-  // As soon as a global is in the dense prior, all that is known of it is there.
+  // A global in the dense prior has all its prior information there.
   void collect_globals() {
     for (GlobalNode& global : window_.globals) {
       const auto used = [&](const RangeFactor& f) { return uses(f, global.id); };
@@ -159,8 +159,8 @@ class Marginalisation {
   [[nodiscard]] Quadratic eliminate(const std::vector<int>& kept, double huber_sd) const {
     if (kept.empty()) return {};
     NormalEquations equations(part_, huber_sd, kept);
-    // The floor is against a pivot that is zero because nothing holds its direction: what such a
-    // direction says of the others is zero too, and rounding squared over the floor is nothing.
+    // The floor prevents a zero pivot in an unobservable direction. Such a direction is not coupled
+    // to the others, so the error from squared rounding over the floor is negligible.
     const bool done = factorise_with_floor(equations);
     RALI_ASSERT(done);
     const BlockCholesky& cholesky = equations.cholesky();
@@ -177,7 +177,7 @@ class Marginalisation {
 
   Window& window_;
   const std::vector<Seq>& leave_;
-  Window part_;  ///< what goes into the prior
+  Window part_;  ///< nodes and factors that become the prior
   std::vector<Seq> touched_;
 };
 

@@ -6,11 +6,11 @@
 
 namespace rali::graph {
 
-/// Puts all factors that touch the nodes into the dense prior, on the other nodes, landmarks,
-/// biases and taus that those factors touch, and removes the nodes (algorithms_fleet 8.5, T19).
-/// Linearised at the present values; loops count with their present weight, and those switched off
-/// are lost. A node that stays and is fixed has no part in the prior.
-/// @param nodes  growing, without repetition; not all nodes of the window
+/// Converts all factors of the nodes into the dense prior on the other nodes, landmarks, biases and
+/// taus of those factors, and removes the nodes (algorithms_fleet 8.5, T19). Linearised at the
+/// present values; loops count with their present weight, and those switched off are lost. A fixed
+/// node that remains is not in the prior.
+/// @param nodes  ascending, without repetition; not all nodes of the window
 void marginalise(Window& window, const std::vector<Seq>& nodes, double huber_sd);
 
 /// A quadratic cost + b.d + d.H d/2.
@@ -20,9 +20,9 @@ struct Quadratic {
   double cost = 0.0;
 };
 
-/// Takes noise out of a quadratic that should be positive semidefinite: directions with less than
-/// 1e-9 of the information of the strongest (each unknown scaled to its own) lose both information
-/// and pull.
+/// Removes rounding noise from a quadratic that should be positive semidefinite: directions with
+/// less than 1e-9 of the strongest one's information (each unknown scaled to its own) lose both
+/// information and gradient.
 void drop_rounding(Quadratic& quadratic);
 
 }  // namespace rali::graph

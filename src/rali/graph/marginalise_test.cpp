@@ -25,8 +25,8 @@ TEST(drop_rounding, takes_out_negative_information_and_the_pull_along_it) {
   EXPECT_EQ(q.b(1), 0.0);
 }
 
-// A straight drive along x, known in y and z, with ranges to a landmark far ahead: nearly linear.
-// `keep`: marginalise until so many keyframes are left each time.
+// A straight drive along x, with y and z known, and ranges to a landmark far ahead: nearly linear.
+// `keep`: number of keyframes that remain after each marginalisation.
 PoseGraph drive_straight(std::size_t keep) {
   GraphSettings settings;
   settings.cost_change_min = 0.0;
@@ -42,7 +42,7 @@ PoseGraph drive_straight(std::size_t keep) {
     if (k > 0) {
       graph.add(relative(k - 1, k, {1.0 + 0.05 * rng.normal(), 0.0, 0.0}, {0.05, 0.01, 0.01}));
     }
-    // Registration against an older keyframe as well: the prior then reaches two keyframes on.
+    // Registration against an older keyframe as well: the prior then extends two keyframes ahead.
     if (k > 1) {
       graph.add(relative(k - 2, k, {2.0 + 0.1 * rng.normal(), 0.0, 0.0}, {0.1, 0.02, 0.02}));
     }

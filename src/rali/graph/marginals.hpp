@@ -7,9 +7,8 @@
 
 namespace rali::graph {
 
-/// Covariances of a window of any shape, from one factorisation without damping
-/// but with a floor under what nothing holds (factorise_with_floor()). If none helps, all variances
-/// are infinite.
+/// Covariances of a window of any shape, from one factorisation without damping but with a floor
+/// for unobservable directions (factorise_with_floor()). If that fails, all variances are infinite.
 class Marginals {
  public:
   Marginals(const Window& window, double huber_sd);
@@ -23,16 +22,15 @@ class Marginals {
   [[nodiscard]] Eigen::MatrixXd covariance(const LinearFactor& rows) const;
 
   /// Covariance of the keyframe or global whose first column is `a` (rows) with the unknowns `b`
-  /// (columns). The solution for `b` is kept for the next question: whoever asks for many pairs
-  /// asks for all of one `b` in a row.
+  /// (columns). The solution for `b` is cached: request all pairs with the same `b` in a row.
   [[nodiscard]] Eigen::MatrixXd between(int a, const std::vector<int>& b);
 
-  /// Own block of the keyframe or global whose first column this is; the first question works out
-  /// those of all.
+  /// Diagonal block of the keyframe or global whose first column this is; the first call computes
+  /// all of them.
   [[nodiscard]] const Eigen::MatrixXd& own(int column);
 
  private:
-  /// Own block of each free keyframe and then of each global, all at once.
+  /// Diagonal block of each free keyframe and then of each global, all at once.
   [[nodiscard]] const std::vector<Eigen::MatrixXd>& diagonal();
   [[nodiscard]] Eigen::MatrixXd unit_columns(const std::vector<int>& columns) const;
 

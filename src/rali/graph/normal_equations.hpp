@@ -9,15 +9,15 @@ namespace rali::graph {
 /// degree, landmarks, biases and taus last. The window must be laid out.
 class NormalEquations {
  public:
-  /// Sums up all factors at the present values. The pattern and its order are found here and kept:
+  /// Sums all factors at the present values. The pattern and its order are computed here and kept:
   /// factors may change their values and weights, not their keyframes.
   NormalEquations(const Window& window, double huber_sd);
 
-  /// The same, where these variables (growing; see BlockLayout) are kept and the others eliminated:
-  /// then cholesky().schur() is what factorise() makes, and solve() is not to be called.
+  /// The same, but these variables (ascending; see BlockLayout) are kept and the others eliminated:
+  /// factorise() then computes cholesky().schur(), and solve() must not be called.
   NormalEquations(const Window& window, double huber_sd, const std::vector<int>& kept);
 
-  /// Sums up again at other values or weights of the same factors.
+  /// Sums again at other values or weights of the same factors.
   void relinearise(const Window& window, double huber_sd);
 
   struct Slope {
@@ -43,17 +43,17 @@ class NormalEquations {
     return cholesky_.solve(right);
   }
 
-  /// J^T of a factor: what solve() makes H^-1 J^T of.
+  /// J^T of a factor, as right side for H^-1 J^T.
   [[nodiscard]] Eigen::MatrixXd right_of(const LinearFactor& factor) const;
 
-  /// J H^-1 J^T of a factor, once H is factored: the covariance of what its rows measure.
+  /// J H^-1 J^T of a factor, once H is factored: the covariance of the quantity its rows measure.
   [[nodiscard]] Eigen::MatrixXd covariance(const LinearFactor& factor) const;
 
   [[nodiscard]] const BlockCholesky& cholesky() const { return cholesky_; }
 
   [[nodiscard]] const BlockMatrix& matrix() const { return H_; }
 
-  /// Which block a keyframe or global is, by its first column.
+  /// Block index of a keyframe or global, by its first column.
   [[nodiscard]] int variable_at(int column) const {
     return variable_at_[static_cast<std::size_t>(column)];
   }
@@ -62,28 +62,28 @@ class NormalEquations {
   void add_curvature(const LinearFactor& factor);
   void add_curvature(const LinearPrior& prior);
 
-  std::vector<int> variable_at_;  ///< of each column that is the first of a keyframe or global
+  std::vector<int> variable_at_;  ///< by first column of a keyframe or global
   BlockMatrix H_;
   BlockCholesky cholesky_;
   Slope slope_;
 };
 
 /// Factors without damping but with an information of 1e-12 of each diagonal element (1e-12 of its
-/// unit where there is none), so that what nothing holds gets a variance that is huge and not NaN.
-/// Where even that is not enough for a positive pivot it is raised in steps.
-/// @return false if none helps
+/// unit if it is zero), so that unobservable directions get a huge variance instead of NaN. If a
+/// pivot is still not positive, the floor is raised in steps.
+/// @return false if no floor suffices
 [[nodiscard]] bool factorise_with_floor(NormalEquations& equations);
 
-/// What block of the pattern each keyframe and global is: free keyframes first, then globals.
+/// Block index of each keyframe and global: free keyframes first, then globals.
 struct BlockLayout {
   std::vector<int> dims;
-  std::vector<int> variable_at;  ///< of each first column; -1 at others
+  std::vector<int> variable_at;  ///< by first column; -1 at others
   std::vector<int> globals;      ///< which of them are globals
 
   explicit BlockLayout(const Window& window);
 };
 
-/// Blocks off the diagonal that the factors of the window touch.
+/// Blocks off the diagonal that the window's factors couple.
 [[nodiscard]] std::vector<std::pair<int, int>> block_pairs(const Window& window,
                                                            const BlockLayout& layout);
 

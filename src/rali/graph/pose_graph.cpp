@@ -104,7 +104,7 @@ void PoseGraph::add(const RelativePoseFactor& factor) {
 }
 
 void PoseGraph::add(const RangeFactor& factor) {
-  RALI_ASSERT(!contains_range(factor.id));  // one measurement, one use
+  RALI_ASSERT(!contains_range(factor.id));  // each measurement is used once
   check(window_, factor);
   used_ranges_.insert(factor.id);
   window_.ranges.push_back(factor);
@@ -162,10 +162,10 @@ bool PoseGraph::remove_range(std::uint64_t id) {
 
 void PoseGraph::set_range_sigmas(std::span<const std::pair<std::uint64_t, double>> sigma_m) {
   for (RangeFactor& f : window_.ranges) {
-    const auto said = std::lower_bound(sigma_m.begin(), sigma_m.end(), f.id,
-                                       [](const std::pair<std::uint64_t, double>& entry,
-                                          std::uint64_t id) { return entry.first < id; });
-    if (said != sigma_m.end() && said->first == f.id) f.sigma_m = said->second;
+    const auto reported = std::lower_bound(sigma_m.begin(), sigma_m.end(), f.id,
+                                           [](const std::pair<std::uint64_t, double>& entry,
+                                              std::uint64_t id) { return entry.first < id; });
+    if (reported != sigma_m.end() && reported->first == f.id) f.sigma_m = reported->second;
   }
   changed();
 }
@@ -192,7 +192,7 @@ void PoseGraph::marginalise(std::vector<Seq> nodes) {
   changed();
 }
 
-void PoseGraph::set_boundary(DensePrior prior) {
+void PoseGraph::set_separator_prior(DensePrior prior) {
   RALI_ASSERT(window_.dense.H.size() == 0);
   Eigen::Index size = 0;
   for (const DensePrior::KeyframeBlock& block : prior.keyframes) {

@@ -24,30 +24,30 @@ struct ScalarEstimate {
   double variance = 0.0;
 };
 
-/// A range as the graph expects it without having seen it.
+/// A range as predicted by the graph without its measurement.
 struct RangePrediction {
   double range_m = 0.0;      ///< bias and time offset included
-  double variance_m2 = 0.0;  ///< of that, without the noise of the measurement
+  double variance_m2 = 0.0;  ///< of that, without measurement noise
 };
 
-/// A loop as the graph has it.
+/// State of a loop in the graph.
 struct LoopState {
   std::uint64_t id = 0;
-  double chi2 = 0.0;  ///< at the present values, weight not counted
+  double chi2 = 0.0;  ///< at the present values, without weight
   int dof = 0;
   double weight = 0.0;
 };
 
-/// Nodes of all vehicles of a fleet in one frame `map`, with all that ties them together: paths,
-/// ranges between them, loops, gravity, what is known beforehand (algorithms_fleet 8). The `odom`
-/// in the names of factors and states is `map` here.
+/// Nodes of all vehicles of a fleet in one frame `map`, with all factors: paths, ranges between
+/// them, loops, gravity, priors (algorithms_fleet 8). The `odom` in the names of factors and states
+/// is `map` here.
 ///
-/// A node is a pose, or a pose with velocity and biases where inertial factors need them. Its
-/// number is given by the graph and grows. Something must hold the map's frame: a prior or fix().
+/// A node is a pose, or a pose with velocity and biases if inertial factors need them. The graph
+/// assigns its number, ascending. A prior or fix() must define the map's frame.
 ///
-/// What the caller does wrong is an internal error (RALI_ASSERT): an unknown node, landmark, bias
-/// or tau, a number that is not finite, an id that was there before (algorithms_fleet 8.3). Ask
-/// contains_range() first where a range may come twice.
+/// Misuse by the caller is an internal error (RALI_ASSERT): an unknown node, landmark, bias or tau,
+/// a number that is not finite, an id that was used before (algorithms_fleet 8.3). Call
+/// contains_range() first if a range may be repeated.
 class PoseGraph {
  public:
   explicit PoseGraph(const GraphSettings& settings);
@@ -63,9 +63,9 @@ class PoseGraph {
   void add_bias(int number, double mean_m, double sigma_m);
   void add_tau(int number, double mean_s, double sigma_s);
 
-  /// Holds a node exactly where it is, or frees it.
+  /// Fixes a node at its value, or frees it.
   void fix(Seq seq, bool fixed = true);
-  /// Another start for a node. Priors keep their mean.
+  /// Sets another initial pose of a node. Priors keep their mean.
   void set_pose(Seq seq, const geometry::SE3& T_map_body);
 
   void add(const InertialFactor& factor);
@@ -74,9 +74,9 @@ class PoseGraph {
   void add(const StandstillFactor& factor);
   void add(const GravityFactor& factor);
   void add(const PriorFactor& factor);
-  /// A pose known with this covariance of geometry::boxplus; velocity and biases stay open.
+  /// Prior on a pose with this information in geometry::boxplus; velocity and biases stay free.
   void add_pose_prior(Seq seq, const geometry::SE3& mean, const geometry::Mat6& information);
-  /// Does not count before solve_full() has weighed it; with LoopGuard::kNone it counts at once.
+  /// Has no effect before solve_full() has weighted it; with LoopGuard::kNone it counts at once.
   void add(const LoopFactor& factor);
 
   [[nodiscard]] bool contains(Seq seq) const { return window_.find(seq) >= 0; }
@@ -88,30 +88,31 @@ class PoseGraph {
 
   [[nodiscard]] bool contains_loop(std::uint64_t id) const;
 
-  /// Takes a live range out; it stays used. @return false if it is not live.
+  /// Removes a live range; its id stays used. @return false if it is not live.
   bool remove_range(std::uint64_t id);
-  /// Says anew how well live ranges are known. @param sigma_m by id, ascending; the rest stay
+  /// Changes the sigmas of live ranges. @param sigma_m by id, ascending; the others stay
   void set_range_sigmas(std::span<const std::pair<std::uint64_t, double>> sigma_m);
 
-  /// Where the flag is raised, solve(), solve_full() and judge() end early, with what they have.
+  /// If the flag is raised, solve(), solve_full() and judge() end early, with their present result.
   void stop_on(StopFlag stop) { stop_ = stop; }
 
-  /// From the present values and with the present weights of the loops.
+  /// From the present values and with the present loop weights.
   SolveReport solve(int iterations_max);
-  /// Weighs all loops anew by the settings' guard, from a start made anew if this one is poor.
+  /// Weights all loops again by the settings' guard, from recomputed initial values if these are
+  /// poor.
   SolveReport solve_full();
 
-  /// Puts what touches the nodes into a prior on their neighbours and removes them: the boundary
-  /// of earlier rounds (algorithms_fleet 8.5). See graph::marginalise.
+  /// Replaces the nodes and their factors by a prior on their neighbours: the separator prior of
+  /// earlier rounds (algorithms_fleet 8.5). See graph::marginalise.
   void marginalise(std::vector<Seq> nodes);
 
-  /// What marginalise() has left; without blocks before.
-  [[nodiscard]] const DensePrior& boundary() const { return window_.dense; }
+  /// The result of marginalise(); without blocks before.
+  [[nodiscard]] const DensePrior& separator() const { return window_.dense; }
 
-  /// Goes on from the boundary of another graph, whose nodes and globals are here under the numbers
-  /// that the prior has, with as many unknowns. Values start where the prior was linearised; what
-  /// was known of its globals beforehand is in it. Only where nothing was marginalised yet.
-  void set_boundary(DensePrior prior);
+  /// Continues from the separator prior of another graph. Its nodes and globals must exist here
+  /// with the prior's numbers and dimensions. Values start at the prior's linearisation point; it
+  /// already contains the priors of its globals. Only allowed before any marginalisation.
+  void set_separator_prior(DensePrior prior);
 
   [[nodiscard]] const KeyframeState& state(Seq seq) const { return window_.node(seq).x; }
 
@@ -129,31 +130,31 @@ class PoseGraph {
 
   /// Half the squared residuals in sigma at the present values and weights.
   [[nodiscard]] double cost() const;
-  /// Residuals less unknowns.
+  /// Residuals minus unknowns.
   [[nodiscard]] int degrees_of_freedom() const;
 
   // Covariances at the present values and weights. They share one factorisation, made at the first
-  // question after a change. Huge where nothing holds a node, zero where it is fixed.
+  // call after a change. Huge for an unobservable node, zero for a fixed one.
 
   /// Of geometry::boxplus of the pose, rotation first.
   [[nodiscard]] geometry::Mat6 covariance(Seq seq);
   /// Of all nodes, in the order of nodes().
   [[nodiscard]] std::vector<geometry::Mat6> covariances();
-  /// Of two different nodes: a first. Of many pairs all of one b in a row: each new b costs a
-  /// solution of the whole.
+  /// Of two different nodes: a first. Request pairs with the same b in a row: each new b costs a
+  /// solve of the whole system.
   [[nodiscard]] Eigen::Matrix<double, 12, 12> covariance(Seq a, Seq b);
   [[nodiscard]] LandmarkEstimate landmark(int number);
   [[nodiscard]] ScalarEstimate bias(int number);
   [[nodiscard]] ScalarEstimate tau(int number);
-  /// What this range would read less what it read [m], at the present values.
+  /// Predicted minus measured range [m], at the present values.
   [[nodiscard]] double residual(const RangeFactor& factor) const;
-  /// What this range would read, and how well that is known, all correlations included. The
-  /// measured value is not used; the id may be new.
+  /// Predicted range and its variance, with all correlations. The measured value is not used; the
+  /// id may be new.
   [[nodiscard]] RangePrediction predict(const RangeFactor& factor);
 
-  /// Judges each candidate against the graph without any loop, in the directions it claims
-  /// (algorithms_fleet 8.4). The graph is solved without loops, from the present values; it keeps
-  /// what it has. What lies in the settings' band is tried in the graph.
+  /// Tests each candidate against the graph without any loop, in the directions it constrains
+  /// (algorithms_fleet 8.4). A copy of the graph is solved without loops, from the present values;
+  /// the graph itself is unchanged. Candidates in the settings' band are tried in the graph.
   [[nodiscard]] std::vector<LoopVerdict> judge(const std::vector<RelativePoseFactor>& candidates,
                                                Executor& executor) const;
 
@@ -170,7 +171,7 @@ class PoseGraph {
   void changed() { marginals_.reset(); }
 
   GraphSettings settings_;
-  mutable Window window_;  ///< mutable: where its columns are is found when it is asked
+  mutable Window window_;  ///< mutable: columns are assigned on demand
   mutable bool laid_out_ = false;
   StopFlag stop_;
   Seq next_ = 0;

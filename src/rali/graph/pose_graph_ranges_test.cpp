@@ -55,8 +55,8 @@ TEST(pose_graph, solves_three_nodes_and_a_range_as_worked_by_hand) {
   EXPECT_NEAR(std::sqrt(graph.covariance(2)(4, 4)), 0.030, 5e-4);
 }
 
-// T10 of algorithms.md: after an outage the correction is shared by where the uncertainty grew,
-// R = 0.01 m^2 of the range included.
+// T10 of algorithms.md: after an outage the correction is distributed in proportion to the growth
+// of uncertainty, R = 0.01 m^2 of the range included.
 TEST(pose_graph, shares_a_correction_as_the_axial_variance_grew) {
   PoseGraph graph(exact_settings());
   const std::array<double, 5> variance = {0.01, 0.01, 0.04, 0.01, 0.03};
@@ -74,7 +74,7 @@ TEST(pose_graph, shares_a_correction_as_the_axial_variance_grew) {
   }
 }
 
-// 20 m and 20 m that LiDAR knows to 5 mm per keyframe, one blind link between: the ranges at the
+// 20 m and 20 m with LiDAR sigma 5 mm per keyframe, one degenerate link between: the ranges at the
 // end move the second stretch as a whole, in a few steps.
 TEST(pose_graph, after_an_outage_moves_the_stretch_behind_the_blind_link_and_not_the_one_before) {
   PoseGraph graph{GraphSettings{}};
@@ -89,13 +89,13 @@ TEST(pose_graph, after_an_outage_moves_the_stretch_behind_the_blind_link_and_not
   }
   const SolveReport report = graph.solve(5);
   EXPECT_TRUE(report.converged);
-  // Chain sd 0.5 m and 4.5 cm against four ranges with sd 5 cm: 0.3960 m of 0.4 m arrive.
+  // Chain sd 0.5 m and 4.5 cm against four ranges with sd 5 cm: 0.3960 m of 0.4 m are corrected.
   EXPECT_NEAR(graph.state(40).T_odom_body.p.x() - 40.0, 0.396, 1e-3);
   EXPECT_NEAR(graph.state(21).T_odom_body.p.x() - 21.0, 0.395, 2e-3);
   EXPECT_NEAR(graph.state(20).T_odom_body.p.x() - 20.0, 0.0, 2e-3);
 }
 
-// T12 (c): axial sd 0.2 m and bias sd 0.1 m are one thing to a range.
+// T12 (c): a range cannot separate axial sd 0.2 m from bias sd 0.1 m.
 TEST(pose_graph, keeps_position_and_bias_correlated_as_worked_by_hand) {
   PoseGraph graph(exact_settings());
   add_keyframe_at(graph, 0, Vec3::Zero());
@@ -110,7 +110,7 @@ TEST(pose_graph, keeps_position_and_bias_correlated_as_worked_by_hand) {
   EXPECT_NEAR(graph.bias(0).mean, 0.1, 1e-6) << "gain 1/6";
   EXPECT_NEAR(graph.covariance(0)(3, 3), 0.013333, 1e-6) << "not 0.0894^2: the bias counts";
   EXPECT_NEAR(graph.bias(0).variance, 0.008333, 1e-6);
-  // P_xx + 2 P_xb + P_bb with P_xb = -0.006667: what the same radio would read again.
+  // P_xx + 2 P_xb + P_bb with P_xb = -0.006667: predicted variance of a repeated range.
   RangeFactor again = range;
   again.id = 2;
   EXPECT_NEAR(graph.predict(again).variance_m2, 0.013333 - 2.0 * 0.006667 + 0.008333, 2e-6);
@@ -133,7 +133,7 @@ double error_of(int uses, double prior_error_m, double range_error_m, double* va
   return graph.state(0).T_odom_body.p.x();
 }
 
-// T12 (d): what breaks when a measurement is used twice: the claim is half the true variance.
+// T12 (d): if a measurement is used twice, the claimed variance is half the true one.
 TEST(pose_graph, would_claim_half_the_variance_if_a_range_were_used_twice) {
   for (const int uses : {1, 2}) {
     double claimed = 0.0;
@@ -174,7 +174,7 @@ TEST(pose_graph, refuses_what_does_not_exist_or_is_not_a_number) {
   EXPECT_FALSE(graph.contains_range(1));
 }
 
-// Nothing at all, a chain that floats, a blind axis: huge, but numbers, and no step into the blue.
+// No factor at all, a floating chain, a degenerate axis: huge but finite variances, and no step.
 TEST(pose_graph, reports_a_huge_variance_where_nothing_holds_and_does_not_move) {
   PoseGraph graph(exact_settings());
   add_keyframe_at(graph, 0, {1.0, 2.0, 3.0});
@@ -232,7 +232,7 @@ TEST(pose_graph, a_long_range_among_good_ones_pulls_less_than_its_weight) {
     graph.add(range);
   }
   graph.solve(30);
-  // Least squares: 0.5 m. Huber at 2 sd: 2 x 0.1 m / 9, less what the chain (0.7 m) holds back.
+  // Least squares: 0.5 m. Huber at 2 sd: 2 x 0.1 m / 9, less the effect of the chain (0.7 m).
   EXPECT_NEAR(graph.state(2).T_odom_body.p.x(), 10.0 + 0.2 / 9.0, 2e-4);
 }
 

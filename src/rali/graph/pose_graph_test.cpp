@@ -17,7 +17,7 @@ using geometry::Vec3;
 
 SE3 at(double x, double y = 0.0, double z = 0.0) { return {geometry::Mat3::Identity(), {x, y, z}}; }
 
-// Settings that stop only where nothing moves.
+// Settings that iterate until nothing moves.
 GraphSettings to_the_end() {
   GraphSettings settings;
   settings.cost_change_min = 0.0;
@@ -25,7 +25,7 @@ GraphSettings to_the_end() {
   return settings;
 }
 
-// Step along x known with `information_x`, else well.
+// Step along x with `information_x`, other directions well constrained.
 RelativePoseFactor step(Seq i, Seq j, double x_m, double information_x) {
   geometry::Vec6 information;
   information << 1e6, 1e6, 1e6, information_x, 1e4, 1e4;
@@ -42,7 +42,7 @@ RangeFactor range_to(std::uint64_t id, Seq i, const Vec3& p_map_m, double range_
   return f;
 }
 
-// T19 of algorithms_fleet.md: a boundary is not a fixed node.
+// T19 of algorithms_fleet.md: a separator prior is not a fixed node.
 TEST(pose_graph, boundary_of_a_round_gives_way_as_worked_by_hand) {
   PoseGraph graph{GraphSettings{}};
   for (int k = 0; k < 3; ++k) graph.add_pose(at(k));
@@ -73,7 +73,7 @@ TEST(pose_graph, counts_a_range_once_and_refuses_it_the_second_time) {
   EXPECT_THROW(graph.add(range), InternalError) << "removed, but used";
 }
 
-// Node 1 is known to 1 m, the range to 1 m: they meet halfway, and the bias takes its share.
+// Node 1 has sigma 1 m, the range 1 m: they meet halfway, and the bias absorbs its part.
 TEST(pose_graph, range_between_two_vehicles_shares_its_error_with_the_bias) {
   PoseGraph graph{GraphSettings{}};
   graph.fix(graph.add_pose(at(0)));
@@ -189,7 +189,8 @@ TEST(pose_graph, marginalised_nodes_leave_means_and_covariances_of_the_others) {
   EXPECT_LT(geometry::boxminus(graph.pose(39), before.pose(39)).norm(), 1e-4);
 }
 
-// The later half of the graph again, in another one: as if the earlier rounds were still there.
+// The later part of the graph again, in another one: the result equals that with the earlier
+// rounds.
 TEST(pose_graph, goes_on_from_the_boundary_of_another_graph) {
   PoseGraph before{to_the_end()};
   for (int k = 0; k < 3; ++k) before.add_pose(at(k));
@@ -205,12 +206,12 @@ TEST(pose_graph, goes_on_from_the_boundary_of_another_graph) {
   before.marginalise({0, 1});
 
   PoseGraph after{to_the_end()};
-  after.add_pose(at(77.0));  // where the boundary has it counts
+  after.add_pose(at(77.0));  // the separator prior's value counts
   after.add_bias(4, 0.0, 0.2);
-  DensePrior prior = before.boundary();
+  DensePrior prior = before.separator();
   ASSERT_EQ(prior.keyframes.size(), 1U);
   prior.keyframes[0].seq = 0;
-  after.set_boundary(prior);
+  after.set_separator_prior(prior);
   EXPECT_NEAR(after.pose(0).p.x(), whole.pose(2).p.x(), 1e-12);
   EXPECT_NEAR(after.bias(4).variance, whole.bias(4).variance, 1e-9) << "the bias is known once";
 
@@ -227,7 +228,7 @@ TEST(pose_graph, goes_on_from_the_boundary_of_another_graph) {
   prior.H(0, 0) = std::numeric_limits<double>::quiet_NaN();
   PoseGraph other{to_the_end()};
   other.add_pose(at(0.0));
-  EXPECT_THROW(other.set_boundary(prior), InternalError) << "its bias is not there";
+  EXPECT_THROW(other.set_separator_prior(prior), InternalError) << "its bias is not there";
 }
 
 TEST(pose_graph, marginalises_what_is_left_of_a_blind_path_without_inventing_knowledge) {
@@ -241,7 +242,7 @@ TEST(pose_graph, marginalises_what_is_left_of_a_blind_path_without_inventing_kno
   EXPECT_LT(graph.covariance(2)(4, 4), 0.1);
 }
 
-// A node with velocity on its way between two poses.
+// A node with velocity between two poses.
 TEST(pose_graph, mixes_poses_with_nodes_that_have_a_velocity) {
   PoseGraph graph{to_the_end()};
   graph.fix(graph.add_pose(at(0)));

@@ -9,7 +9,7 @@ namespace rali::graph {
 
 namespace {
 
-// Eigenvalues of a matrix scaled to unit diagonal that are smaller than this are rounding of zero.
+// Smaller eigenvalues of a matrix scaled to unit diagonal are rounding of zero.
 constexpr double kZeroEigenvalue = 1e-12;
 constexpr double kSigmaMin = 1e-9;
 constexpr double kCorrelationSlack = 1e-10;
@@ -34,9 +34,9 @@ Eigen::MatrixXd information_root(const Eigen::MatrixXd& information) {
   const Eigen::MatrixXd unit =
       unscale.asDiagonal() * (0.5 * (information + information.transpose())) * unscale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit);
-  const double least = kZeroEigenvalue * eigen.eigenvalues().maxCoeff();
+  const double minimum = kZeroEigenvalue * eigen.eigenvalues().maxCoeff();
   const Eigen::VectorXd roots = eigen.eigenvalues().unaryExpr(
-      [least](double value) { return value > least ? std::sqrt(value) : 0.0; });
+      [minimum](double value) { return value > minimum ? std::sqrt(value) : 0.0; });
   return roots.asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
 }
 

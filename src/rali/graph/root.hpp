@@ -4,15 +4,15 @@
 
 namespace rali::graph {
 
-/// W with W^T W = information, for a matrix that may be singular and mixes units. What is zero (to
-/// rounding, against the diagonal) stays exactly zero: W leaves a blind direction out.
+/// W with W^T W = information, for a matrix that may be singular and mixes units. Zeros (to
+/// rounding, relative to the diagonal) stay exactly zero: W has no row for a degenerate direction.
 [[nodiscard]] Eigen::MatrixXd information_root(const Eigen::MatrixXd& information);
 
-/// W with W^T W = inverse of a covariance. A coordinate without any variance is taken as known to
-/// 1e-9 of its unit, one that others determine to 1e-5 of its own sigma.
+/// W with W^T W = inverse of a covariance. A coordinate without variance gets a sigma of 1e-9 of
+/// its unit, one that others determine 1e-5 of its own sigma.
 [[nodiscard]] Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance);
 
-/// That covariance_root() can take it: finite, and positive but for rounding.
+/// Whether covariance_root() accepts it: finite, and positive but for rounding.
 [[nodiscard]] bool is_covariance(const Eigen::MatrixXd& covariance);
 
 }  // namespace rali::graph

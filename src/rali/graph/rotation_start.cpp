@@ -20,15 +20,15 @@ using geometry::Vec3;
 
 namespace {
 
-// What holds a position that no factor knows: sd 100 m, from the rotated path as it was.
+// Weak prior for an unconstrained position: sd 100 m, from the rotated original path.
 constexpr double kWeakInformationM2 = 1e-4;
-// Likewise of a rotation, about an axis that no factor knows: sd of about 6 degrees.
+// Likewise for a rotation, about an unconstrained axis: sd of about 6 degrees.
 constexpr double kWeakInformationRad2 = 100.0;
 constexpr double kFloor = 1e-12;
 
-// A relative pose, and how well it is known.
+// A relative pose with its weights.
 struct Edge {
-  int i = 0;  ///< places in window.keyframes
+  int i = 0;  ///< indices in window.keyframes
   int j = 0;
   SE3 T_i_j;
   Mat3 chord = Mat3::Zero();  ///< weight of a difference of rotation matrices, see chord_of()
@@ -43,7 +43,7 @@ struct Anchor {
 };
 
 // D with |skew(theta) D|^2 = theta' Omega theta, as near as a real D can be: then (R_j - R_i R_i_j)
-// D weighs a turn as the information does. D D' = tr(Omega)/2 - Omega.
+// D weights a rotation as the information does. D D' = tr(Omega)/2 - Omega.
 Mat3 chord_of(const Mat3& information) {
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(0.5 * information.trace() * Mat3::Identity() -
                                                   0.5 * (information + information.transpose()));
@@ -110,7 +110,7 @@ std::vector<Anchor> anchors_of(const Window& window) {
   return anchors;
 }
 
-// Number of the connected part of each node.
+// Index of the connected part of each node.
 std::vector<int> parts(std::size_t nodes, const std::vector<Edge>& edges) {
   std::vector<int> part(nodes);
   std::iota(part.begin(), part.end(), 0);
@@ -131,7 +131,7 @@ std::vector<int> parts(std::size_t nodes, const std::vector<Edge>& edges) {
   return part;
 }
 
-// Parts that nothing holds hold their first node.
+// Parts without any anchor are anchored at their first node.
 void hold_free_parts(const Window& window, const std::vector<Edge>& edges,
                      std::vector<Anchor>& anchors) {
   const std::vector<int> part = parts(window.keyframes.size(), edges);

@@ -25,7 +25,7 @@ std::vector<SE3> ring(Rng& rng) {
   return truth;
 }
 
-// A ring whose nodes start anywhere; measurements are exact.
+// A ring whose nodes have arbitrary initial poses; measurements are exact.
 PoseGraph scattered(const std::vector<SE3>& truth, Rng& rng, bool hold) {
   PoseGraph graph{GraphSettings{}};
   for (std::size_t k = 0; k < truth.size(); ++k) {
@@ -75,7 +75,7 @@ TEST(rotation_start, is_not_tried_where_the_start_is_good) {
   EXPECT_FALSE(graph.solve_full().rotation_first);
 }
 
-// Two vehicles that only ranges tie together: each part keeps its place.
+// Two vehicles connected only by ranges: each part keeps its position.
 TEST(rotation_start, moves_each_part_on_its_own) {
   Rng rng(4, "ring");
   const std::vector<SE3> truth = ring(rng);

@@ -4,12 +4,12 @@
 
 namespace rali::graph {
 
-/// What is done against wrong loops (algorithms_fleet 8.4).
+/// Protection against wrong loops (algorithms_fleet 8.4).
 enum class LoopGuard {
   kNone,   ///< all loops count
-  kHuber,  ///< a loop that fits badly counts less
-  kDcs,    ///< likewise, and less still (dynamic covariance scaling)
-  kGnc     ///< a loop counts or does not (graduated non-convexity, truncated least squares)
+  kHuber,  ///< loops with large residuals get less weight
+  kDcs,    ///< likewise, with still less weight (dynamic covariance scaling)
+  kGnc     ///< loops count fully or not at all (graduated non-convexity, truncated least squares)
 };
 
 inline constexpr ChoiceNames<4> kLoopGuardNames{"none", "huber", "dcs", "gnc"};

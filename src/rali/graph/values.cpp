@@ -5,7 +5,7 @@ namespace rali::graph {
 KeyframeState boxplus(const KeyframeState& x, const StateVec& delta) {
   KeyframeState y;
   y.T_odom_body = geometry::boxplus(x.T_odom_body, delta.head<6>());
-  // Hundreds of steps multiply hundreds of rotations: take the rounding out.
+  // Hundreds of steps multiply hundreds of rotations: this removes their rounding.
   y.T_odom_body.R = geometry::so3_normalised(y.T_odom_body.R);
   y.v_odom_mps = x.v_odom_mps + delta.segment<3>(kVel);
   y.gyro_bias_radps = x.gyro_bias_radps + delta.segment<3>(kGyroBias);

@@ -7,7 +7,7 @@
 
 namespace rali::graph {
 
-/// Tangent of a keyframe, in this order (as the filter of room odometry, without gravity).
+/// Tangent of a keyframe, in this order (as the filter of module odometry, without gravity).
 enum StateIndex : int { kTheta = 0, kPos = 3, kVel = 6, kGyroBias = 9, kAccelBias = 12 };
 
 inline constexpr int kPoseDim = 6;
@@ -15,8 +15,8 @@ inline constexpr int kStateDim = 15;
 using StateVec = Eigen::Matrix<double, kStateDim, 1>;
 using StateMat = Eigen::Matrix<double, kStateDim, kStateDim>;
 
-/// What is estimated of one keyframe. In a PoseGraph `odom` of the names is the frame map. The
-/// velocity is that of the point the accelerometer sits in.
+/// Estimated state of one keyframe. In a PoseGraph the frame `odom` of the names is map. The
+/// velocity is that of the accelerometer's position.
 struct KeyframeState {
   geometry::SE3 T_odom_body;
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
@@ -34,14 +34,14 @@ struct KeyframeState {
 /// rotation.
 [[nodiscard]] StateMat boxminus_jacobian(const StateVec& delta);
 
-/// What is estimated once and not per keyframe.
+/// Variables estimated once and not per keyframe.
 enum class GlobalKind : std::uint8_t {
-  kLandmark,  ///< antenna of a peer that stands, position in odom [m]
-  kBias,      ///< of a pair of antennas: what the radio measures too much [m]
-  kTau        ///< of a radio: the range is that of `tau` later [s]
+  kLandmark,  ///< antenna of a peer at standstill, position in odom [m]
+  kBias,      ///< range bias of a pair of antennas [m]
+  kTau        ///< time offset of a radio: the range is that of `tau` later [s]
 };
 
-/// Number of a landmark, bias or tau, given by the caller; each kind counts for itself.
+/// Number of a landmark, bias or tau, given by the caller; each kind has its own numbers.
 struct GlobalId {
   GlobalKind kind = GlobalKind::kLandmark;
   int number = 0;

@@ -12,7 +12,7 @@ int rank(const RelativeTerm& term) {
 }
 
 int Window::find(Seq seq) const {
-  // Without gaps the place is known; else it is looked for.
+  // Without gaps in seq the index is known; otherwise it is searched.
   if (!keyframes.empty() && seq >= keyframes.front().seq) {
     const std::size_t guess = seq - keyframes.front().seq;
     if (guess < keyframes.size() && keyframes[guess].seq == seq) return static_cast<int>(guess);

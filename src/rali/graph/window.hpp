@@ -10,7 +10,7 @@ struct KeyframeNode {
   Seq seq = 0;
   KeyframeState x;
   int dim = kStateDim;  ///< kPoseDim: velocity and biases are not estimated
-  bool fixed = false;   ///< held as it is
+  bool fixed = false;   ///< not estimated
 };
 
 /// Landmark, bias or tau; a scalar uses the first coefficient.
@@ -18,12 +18,13 @@ struct GlobalNode {
   GlobalId id;
   geometry::Vec3 value = geometry::Vec3::Zero();
   geometry::Vec3 prior_mean = geometry::Vec3::Zero();
-  geometry::Mat3 prior_information = geometry::Mat3::Zero();  ///< zero once it is in the Prior
+  geometry::Mat3 prior_information = geometry::Mat3::Zero();  ///< zero once it is in the dense
+                                                              ///< prior
 
   [[nodiscard]] int dim() const { return dimension(id.kind); }
 };
 
-/// Factors with the square root of their information, worked out once.
+/// Factors with the square root of their information, computed once.
 struct InertialTerm {
   InertialFactor f;
   Eigen::Matrix<double, 9, 9> root;  ///< root^T root = information
@@ -34,7 +35,7 @@ struct RelativeTerm {
   geometry::Mat6 root;
 };
 
-/// Directions that a relative pose claims.
+/// Number of directions that a relative pose constrains.
 [[nodiscard]] int rank(const RelativeTerm& term);
 
 struct LoopTerm {
@@ -49,8 +50,8 @@ struct PriorTerm {
   StateMat root;
 };
 
-/// What is left of marginalised keyframes: cost + b.d + d.H d/2 with d = x [-] x_lin over its
-/// blocks. The linearisation points never change until the next marginalisation replaces them.
+/// Prior left by marginalised keyframes: cost + b.d + d.H d/2 with d = x [-] x_lin over its blocks.
+/// The linearisation points never change until the next marginalisation replaces them.
 struct DensePrior {
   struct KeyframeBlock {
     Seq seq = 0;
@@ -82,7 +83,7 @@ struct Window {
   std::vector<PriorTerm> priors;
   DensePrior dense;
 
-  /// Place in `keyframes` or `globals`; -1 if it is not there.
+  /// Index in `keyframes` or `globals`; -1 if absent.
   [[nodiscard]] int find(Seq seq) const;
   [[nodiscard]] int find(GlobalId id) const;
 
@@ -94,14 +95,14 @@ struct Window {
   [[nodiscard]] int column(GlobalId id) const;
   [[nodiscard]] int columns() const;
 
-  /// Says where the columns are: needed after each change of keyframes or globals.
+  /// Assigns the columns: needed after each change of keyframes or globals.
   void lay_out();
 
   /// Moves every value by its part of delta.
   void move(const Eigen::VectorXd& delta);
 
  private:
-  /// Where lay_out() put them, and the end.
+  /// Assigned by lay_out(); the last element is the end.
   std::vector<int> keyframe_column_;
   std::vector<int> global_column_;
 };

@@ -38,7 +38,7 @@ inline Window random_window(Rng& rng) {
   return window;
 }
 
-/// Deltas that are near what the two keyframes of random_window would give.
+/// Deltas near those of the two keyframes of random_window.
 inline InertialFactor random_inertial(Rng& rng) {
   InertialFactor f;
   f.i = 4;

@@ -19,7 +19,7 @@ net::Urgency urgency_of(const fleet::Message& message) {
   if (std::holds_alternative<fleet::RoleMessage>(message)) return net::Urgency::kRole;
   const bool bulk = std::holds_alternative<fleet::FactMessage>(message) ||
                     std::holds_alternative<fleet::Table>(message) ||
-                    std::holds_alternative<fleet::RoundBoundary>(message);
+                    std::holds_alternative<fleet::SeparatorPrior>(message);
   return bulk ? net::Urgency::kBulk : net::Urgency::kStatus;
 }
 
@@ -58,12 +58,12 @@ void Agent::take(const vehicle::Output& output, Time now, AgentOutputs& out) {
 void Agent::take(const sensor::RangeSample& range, Time now, AgentOutputs& out) {
   const bool forth = range.from == self_;
   if (!forth && range.to != self_) return;
-  step(fleet::HeardRange{forth ? range.to : range.from, range.range_m}, now, out);
+  step(fleet::ReceivedRange{forth ? range.to : range.from, range.range_m}, now, out);
 }
 
 void Agent::take(const sensor::RadioSample& radio, Time now, AgentOutputs& out) {
   if (radio.from.value < names_.size()) {
-    step(fleet::HeardRadio{radio.from, radio.rssi_dbm}, now, out);
+    step(fleet::ReceivedRadio{radio.from, radio.rssi_dbm}, now, out);
   }
 }
 
@@ -73,7 +73,7 @@ void Agent::receive(VehicleId from, std::span<const std::byte> bytes, Time now, 
     ++tally_.unreadable;
     return;
   }
-  // What one vehicle signs another must not have said.
+  // A vehicle must not send messages in the name of another.
   if (envelope->from != from || from.value >= names_.size()) {
     ++tally_.wrong_sender;
     return;
@@ -92,15 +92,15 @@ void Agent::tick(Time now, AgentOutputs& out) {
   step(fleet::NodeTick{}, now, out);
 }
 
-/// A navigation says itself how the drive goes. Of a driver who follows /goal_pose and answers
-/// nothing it is seen in the motion: one that stands elsewhere has not given up, it may wait.
+/// A navigation reports the state of the drive itself. For a driver who follows /goal_pose without
+/// reporting, the motion decides: a vehicle at standstill elsewhere has not given up, it may wait.
 fleet::DriveStatus Agent::drive_status() const {
   fleet::DriveStatus status{node_.order().number, fleet::DriveState::kStanding};
   const auto& places = node_.order().places_map_m;
   const auto T_map_odom = node_.T_map_odom();
   if (places.empty() || !pose_ || !T_map_odom) return status;
-  if (const auto told = goal_watch_.state()) {
-    status.state = *told;
+  if (const auto reported = goal_watch_.state()) {
+    status.state = *reported;
     return status;
   }
   const geometry::Vec3 p_map = *T_map_odom * pose_->T_odom_body.p;
@@ -145,10 +145,10 @@ void Agent::pass_on(const fleet::Envelope& envelope, AgentOutputs& out) {
   out.emplace_back(SendBytes{envelope.to, urgency_of(envelope.message), std::move(*bytes)});
 }
 
-/// What the view shows.
+/// Keeps messages for the view.
 void Agent::note(const fleet::Message& message, VehicleId from, Time now) {
   if (const auto* status = std::get_if<fleet::VehicleStatus>(&message)) {
-    heard_[from] = {*status, now};
+    received_[from] = {*status, now};
   } else if (const auto* goals = std::get_if<fleet::GoalList>(&message)) {
     if (!anchor() || anchor() == from) goals_ = *goals;
   }

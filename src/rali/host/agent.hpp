@@ -16,14 +16,14 @@
 
 namespace rali::host {
 
-/// Bytes for others of the fleet.
+/// Bytes for other vehicles of the fleet.
 struct SendBytes {
   std::optional<VehicleId> to;  ///< none: all
   net::Urgency urgency = net::Urgency::kBulk;
   wire::Bytes bytes;
 };
 
-/// What another vehicle says of itself: it is for the odometry.
+/// A peer state reported by another vehicle, for the odometry.
 struct PeerReport {
   fleet::PeerStatus status;
 };
@@ -37,46 +37,45 @@ struct AgentSetup {
   std::vector<std::string> names;  ///< of all vehicles, by number
   fleet::NodeSettings node;
   fleet::FleetKnowledge known;
-  fleet::NodeStart start;  ///< what the disk holds
+  fleet::NodeStart start;  ///< restored from the disk
 };
 
-/// What was last heard of another vehicle.
-struct HeardVehicle {
+/// The last status received from another vehicle.
+struct ReceivedVehicle {
   fleet::VehicleStatus status;
   Time t;  ///< of arrival, on the agent's clock
 };
 
-/// Messages that were of no use.
+/// Counts of rejected messages.
 struct AgentTally {
   std::uint64_t unreadable = 0;  ///< damaged, or of a newer program
   std::uint64_t wrong_sender = 0;
 };
 
-/// One vehicle's part in its fleet: what its odometry makes goes into its node, and what the node
-/// says becomes bytes for the others. The same wiring as in simulation, without thread, clock or
-/// socket.
+/// One vehicle's part in its fleet: passes odometry outputs to its node, and encodes the node's
+/// messages for the others. The same connections as in simulation, without thread, clock or socket.
 ///
-/// Its clock is that of the sensors' stamps at one moment, and goes on with the time since the
-/// machine started: the node compares it with stamps, and leases trust its rate only.
+/// Its clock starts at the time of the sensor stamps and advances with the time since the machine
+/// started: the node compares it with stamps, and leases depend on its rate only.
 class Agent {
  public:
   Agent(const AgentSetup& setup, Time now);
 
-  /// What followed from one event of the vehicle.
+  /// Takes an output of the vehicle.
   void take(const vehicle::Output& output, Time now, AgentOutputs& out);
 
-  /// A range that the vehicle was handed.
+  /// A range that was passed to the vehicle.
   void take(const sensor::RangeSample& range, Time now, AgentOutputs& out);
 
   void take(const sensor::RadioSample& radio, Time now, AgentOutputs& out);
 
-  /// What the navigation says of its goals.
-  void take(const wire::GoalStatusArray& status) { goal_watch_.heard(status); }
+  /// Goal status from the navigation.
+  void take(const wire::GoalStatusArray& status) { goal_watch_.received(status); }
 
-  /// Bytes that are known to come from `from`.
+  /// Bytes from the verified sender `from`.
   void receive(VehicleId from, std::span<const std::byte> bytes, Time now, AgentOutputs& out);
 
-  /// What the log on the disk has kept, or could not keep.
+  /// What the log on disk has kept, or could not keep.
   void take(const fleet::Persisted& event, Time now, AgentOutputs& out) { step(event, now, out); }
 
   void take(const fleet::PersistFailed& event, Time now, AgentOutputs& out) {
@@ -86,24 +85,24 @@ class Agent {
   /// A job has ended.
   void take(const fleet::JobDone& done, Time now, AgentOutputs& out) { step(done, now, out); }
 
-  /// An order of the operator.
+  /// A command of the operator.
   void take(const fleet::OperatorOrder& order, Time now, AgentOutputs& out) {
     step(order, now, out);
   }
 
-  /// Time passes: ten times a second.
+  /// Advances the time; called ten times a second.
   void tick(Time now, AgentOutputs& out);
 
   [[nodiscard]] const fleet::Node& node() const { return node_; }
 
   [[nodiscard]] VehicleId self() const { return self_; }
 
-  /// The newest pose of the own odometry.
+  /// The newest pose of the vehicle's own odometry.
   [[nodiscard]] const std::optional<vehicle::PoseEstimate>& pose() const { return pose_; }
 
-  [[nodiscard]] const std::map<VehicleId, HeardVehicle>& heard() const { return heard_; }
+  [[nodiscard]] const std::map<VehicleId, ReceivedVehicle>& received() const { return received_; }
 
-  /// Frontiers and who goes where, as the anchor last said.
+  /// Frontiers and goal assignments, as last reported by the anchor.
   [[nodiscard]] const std::optional<fleet::GoalList>& goals() const { return goals_; }
 
   /// The anchor of the round, as far as this vehicle knows.
@@ -124,7 +123,7 @@ class Agent {
   fleet::NodeOutputs node_out_;
   bool levelled_ = false;
   std::optional<vehicle::PoseEstimate> pose_;
-  std::map<VehicleId, HeardVehicle> heard_;
+  std::map<VehicleId, ReceivedVehicle> received_;
   std::optional<fleet::GoalList> goals_;
   GoalWatch goal_watch_;
   AgentTally tally_;

@@ -12,8 +12,8 @@
 
 namespace rali::host {
 
-/// Values that move from one thread to another. Who puts never waits: beyond the bound a value is
-/// refused and counted.
+/// Values that move from one thread to another. The producer never waits: a value beyond the bound
+/// is refused and counted.
 template <class T>
 class BoundedQueue {
  public:
@@ -34,7 +34,7 @@ class BoundedQueue {
     return true;
   }
 
-  /// All that is there, in order; waits at most `timeout` for the first.
+  /// All values in order; waits at most `timeout` for the first.
   [[nodiscard]] std::vector<T> take(Duration timeout = {}) {
     std::unique_lock lock(mutex_);
     if (values_.empty() && timeout.ns > 0) {
@@ -54,7 +54,7 @@ class BoundedQueue {
     return values_.size();
   }
 
-  /// The most that ever waited.
+  /// The largest number of waiting values so far.
   [[nodiscard]] std::size_t largest() const {
     const std::lock_guard lock(mutex_);
     return largest_;

@@ -10,9 +10,9 @@ namespace {
 
 using Level = DiagnosticLevel;
 
-/// A sensor is late after so many of its periods, and at least after so long.
+/// A sensor is late after this many of its periods, and at least after this time.
 constexpr double kLatePeriods = 5.0, kLate_s = 0.5, kGone_s = 3.0;
-/// Beyond this the pose is no use for driving.
+/// Beyond this latency the pose is not usable for driving.
 constexpr double kLatency_s = 0.1;
 constexpr double kPeerGone_s = 3.0, kFindingShown_s = 60.0;
 
@@ -129,8 +129,9 @@ void link_lines(const FleetSide& side, const HostFacts& host, HostTime now,
     if (link.peer.value >= names.size()) continue;
     DiagnosticLine line;
     line.name = "fleet/link_" + names[link.peer.value];
-    const auto heard = side.agent()->heard().find(link.peer);
-    if (heard != side.agent()->heard().end()) line.age_s = seconds_between(heard->second.t, t);
+    const auto received = side.agent()->received().find(link.peer);
+    if (received != side.agent()->received().end())
+      line.age_s = seconds_between(received->second.t, t);
     if (!line.age_s) {
       line.level = Level::kStale;
       line.message = fmt::format("No message from {} yet.", names[link.peer.value]);

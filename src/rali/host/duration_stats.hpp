@@ -6,7 +6,7 @@
 
 namespace rali::host {
 
-/// Quantiles of the newest thousand durations, and the longest of all.
+/// Quantiles of the newest thousand durations, and the maximum of all.
 class DurationStats {
  public:
   void add(double value_s) {

@@ -31,7 +31,7 @@ inline FleetSideSetup setup_of(std::size_t index, const std::vector<std::string>
   return setup;
 }
 
-/// A vehicle that knows exactly where it is in the hall, in place of sensors and odometry.
+/// A vehicle with exactly known poses in the hall, in place of sensors and odometry.
 class ExactVehicle {
  public:
   ExactVehicle(std::size_t index, const std::vector<std::string>& names,
@@ -49,14 +49,14 @@ class ExactVehicle {
 
   void order(const view::OperatorRequest& request, HostTime now) { side.take(request, now, out_); }
 
-  /// A tenth of a second goes by.
+  /// Advances by a tenth of a second.
   void step(HostTime now, double t_s) {
     measure(now, t_s);
-    const double begin_s = cpu_s();
+    const double start_s = cpu_s();
     for (const net::Arrived& arrived : link->take()) {
       side.receive(arrived.from, std::as_bytes(std::span(arrived.bytes)), now, out_);
     }
-    receive_s_max = std::max(receive_s_max, cpu_s() - begin_s);
+    receive_s_max = std::max(receive_s_max, cpu_s() - start_s);
     side.tick(now, out_);
     while (!out_.agent.empty()) obey(std::exchange(out_.agent, {}), now);
     if (const auto picture = std::exchange(out_.picture, nullptr)) {
@@ -67,12 +67,12 @@ class ExactVehicle {
     for (std::string& json : out_.paths) paths.push_back(std::move(json));
     for (RosOut& message : out_.publish) published.push_back(std::move(message));
     for (const ToSensors& news : out_.sensors) {
-      peers_heard += std::holds_alternative<fleet::PeerStatus>(news) ? 1 : 0;
+      peers_received += std::holds_alternative<fleet::PeerStatus>(news) ? 1 : 0;
     }
     out_ = {};
   }
 
-  /// Other processes of a busy machine do not count.
+  /// CPU time of the thread: other processes of a busy machine do not count.
   static double cpu_s() {
     timespec used{};
     ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
@@ -89,11 +89,11 @@ class ExactVehicle {
   std::unique_ptr<net::FleetLink> link;
   std::vector<RosOut> published;
   std::vector<std::string> paths;  ///< JSON of /rali/paths
-  std::size_t peers_heard = 0;
-  double receive_s_max = 0.0;  ///< longest taking of what had arrived, of this thread's work
+  std::size_t peers_received = 0;
+  double receive_s_max = 0.0;  ///< longest time to receive messages [CPU time]
 
  private:
-  /// Jobs end at once; what follows from them is obeyed next.
+  /// Jobs end at once; their outputs are processed next.
   void obey(const AgentOutputs& made, HostTime now) {
     for (const AgentOutput& output : made) {
       if (const auto* job = std::get_if<fleet::RunJob>(&output)) {

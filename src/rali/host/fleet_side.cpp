@@ -31,14 +31,14 @@ wire::DiagnosticStatus status_of_line(const DiagnosticLine& line, const std::str
 FleetSide::FleetSide(FleetSideSetup setup, HostTime now)
     : setup_(std::move(setup)),
       outputs_(setup_.agent.names[setup_.agent.self.value]),
-      begin_boot_(now.boot),
+      start_boot_(now.boot),
       offset_(now.wall - now.boot),
       picture_(std::make_unique<MapPicture>(setup_.grid)) {
   next_frame_ = next_delta_ = next_frontiers_ = next_grid_ = next_cloud_ = next_paths_ =
       next_role_ = now.boot;
 }
 
-/// @param ahead stamps of the sensors less the wall clock
+/// @param ahead stamps of the sensors minus the wall clock
 void FleetSide::start_agent(HostTime now, Duration ahead) {
   offset_ = now.wall - now.boot + ahead;
   agent_ = std::make_unique<Agent>(setup_.agent, agent_time(now));
@@ -66,11 +66,11 @@ void FleetSide::take(ToAgent news, HostTime now, FleetSideOutputs& out) {
 void FleetSide::take_output(const vehicle::Output& output, Time t, HostTime now,
                             FleetSideOutputs& /*out*/) {
   if (const auto* pose = std::get_if<vehicle::PoseEstimate>(&output)) {
-    const bool degenerate = pose->degeneracy.blind;
+    const bool degenerate = pose->degeneracy.degenerate;
     if (!degenerate) degenerate_since_.reset();
     if (degenerate && !degenerate_since_) degenerate_since_ = now.boot;
     const geometry::Vec3& p = pose->T_odom_body.p;
-    constexpr double kStep_m = 0.1;  // noise at standstill is no way
+    constexpr double kStep_m = 0.1;  // less is noise at standstill
     if (!p_last_) p_last_ = p;
     if ((p - *p_last_).norm() >= kStep_m) {
       distance_m_ += (p - *p_last_).norm();
@@ -130,7 +130,7 @@ void FleetSide::take(const view::OperatorRequest& request, HostTime now, FleetSi
   sort_out(now, out);
 }
 
-/// What concerns the odometry goes there; what is to be shown is kept.
+/// Passes outputs for the odometry on and keeps those to be shown.
 void FleetSide::sort_out(HostTime now, FleetSideOutputs& out) {
   for (AgentOutput& output : agent_out_) {
     if (auto* peer = std::get_if<PeerReport>(&output)) {
@@ -154,7 +154,7 @@ bool FleetSide::due(Time& next, double period_s, Time now) const {
 
 void FleetSide::tick(HostTime now, FleetSideOutputs& out) {
   if (!agent_) {
-    const bool waited = seconds_between(begin_boot_, now.boot) >= setup_.sensors_wait_s;
+    const bool waited = seconds_between(start_boot_, now.boot) >= setup_.sensors_wait_s;
     if (!waited) return;
     start_agent(now, {});
   }
@@ -202,8 +202,8 @@ void FleetSide::take_picture(fleet::Job* done, HostTime now, FleetSideOutputs& o
 void FleetSide::publish_goal(Time t, FleetSideOutputs& out) {
   const fleet::DriveOrder& order = agent_->node().order();
   const auto T_map_local = agent_->node().T_map_odom();
-  if (goal_told_ == order.number || !agent_->pose() || !T_map_local) return;
-  goal_told_ = order.number;
+  if (goal_reported_ == order.number || !agent_->pose() || !T_map_local) return;
+  goal_reported_ = order.number;
   const geometry::SE3 T_map_body = *T_map_local * agent_->pose()->T_local_body;
   out.publish.push_back(outputs_.goal(order, T_map_body, t));
 }

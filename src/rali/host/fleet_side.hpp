@@ -20,17 +20,17 @@ namespace rali::host {
 struct FleetSideSetup {
   AgentSetup agent;
   map::ExploreSettings grid;
-  /// Without data of sensors for so long, the vehicle takes part in the fleet by its wall clock.
+  /// If no sensor data arrive for this long, the vehicle joins the fleet with its wall clock.
   double sensors_wait_s = 30.0;
 };
 
-/// What follows from a call; the caller empties it.
+/// The outputs of a call; the caller empties it.
 struct FleetSideOutputs {
   AgentOutputs agent;
   std::vector<ToSensors> sensors;
   std::vector<RosOut> publish;
   std::vector<std::string> paths;  ///< JSON of /rali/paths
-  /// To be run beside the steps, and given back with take_picture(). Null: none.
+  /// To be run outside the steps, and returned with take_picture(). Null: none.
   std::shared_ptr<PictureJob> picture;
 };
 
@@ -40,21 +40,21 @@ struct RecentFinding {
   Time t_boot;
 };
 
-/// A range as the odometry judged it.
+/// A range with its judgement by the odometry.
 struct RecentRange {
   ranging::RangeUse use;
   Time t_boot;
 };
 
-/// The fleet's part of one vehicle: agent, and what is published of it and of the map. What its
-/// thread runs, without the thread; the map is drawn by jobs.
+/// The fleet part of one vehicle: agent, and the published topics of vehicle and map. The work of
+/// its thread, without the thread; the map is drawn by jobs.
 class FleetSide {
  public:
   FleetSide(FleetSideSetup setup, HostTime now);
 
   void take(ToAgent news, HostTime now, FleetSideOutputs& out);
 
-  /// Bytes that are known to come from `from`.
+  /// Bytes from the verified sender `from`.
   void receive(VehicleId from, std::span<const std::byte> bytes, HostTime now,
                FleetSideOutputs& out);
 
@@ -62,10 +62,10 @@ class FleetSide {
 
   void take(const fleet::JobDone& done, HostTime now, FleetSideOutputs& out);
 
-  /// A picture that was asked for has been drawn. Null: it is lost, and drawn anew.
+  /// A requested picture is drawn. Null: it was lost, and is drawn again.
   void take_picture(fleet::Job* done, HostTime now, FleetSideOutputs& out);
 
-  /// What `rali operator` orders. Unknown words and vehicles become a Finding.
+  /// A command of `rali operator`. Unknown words and vehicles become a Finding.
   void take(const view::OperatorRequest& request, HostTime now, FleetSideOutputs& out);
 
   /// Ten times a second.
@@ -76,7 +76,7 @@ class FleetSide {
 
   [[nodiscard]] const FleetSideSetup& setup() const { return setup_; }
 
-  /// As it was drawn last.
+  /// The last picture drawn.
   [[nodiscard]] const PictureShown& picture() const { return shown_; }
 
   [[nodiscard]] const SensorNews& sensors() const { return sensors_; }
@@ -92,7 +92,7 @@ class FleetSide {
   /// On the clock of the sensors.
   [[nodiscard]] Time agent_time(HostTime now) const { return now.boot + offset_; }
 
-  /// The lines of /diagnostics are the caller's: they tell of links and disk, too.
+  /// The caller makes the lines of /diagnostics: they also cover links and disk.
   void publish_diagnostics(const std::vector<DiagnosticLine>& lines, HostTime now,
                            FleetSideOutputs& out) const;
 
@@ -107,8 +107,8 @@ class FleetSide {
 
   FleetSideSetup setup_;
   RosOutputs outputs_;
-  Time begin_boot_;
-  Duration offset_;  ///< agent's clock less boot clock
+  Time start_boot_;
+  Duration offset_;  ///< agent's clock minus boot clock
   std::unique_ptr<Agent> agent_;
   AgentOutputs agent_out_;
   std::unique_ptr<MapPicture> picture_;  ///< null while a job has it
@@ -120,7 +120,7 @@ class FleetSide {
   std::optional<Time> degenerate_since_;
   std::optional<geometry::Vec3> p_last_;
   double distance_m_ = 0.0;
-  std::optional<std::uint64_t> goal_told_;
+  std::optional<std::uint64_t> goal_reported_;
   bool goals_changed_ = false;
   Time next_frame_, next_delta_, next_frontiers_, next_grid_, next_cloud_, next_paths_, next_role_;
 };

@@ -17,7 +17,7 @@ using geometry::Vec3;
 
 const std::vector<std::string> kNames = {"v1", "v2", "v3"};
 
-/// Three vehicles in the hall: the first stands, the others drive eight metres.
+/// Three vehicles in the hall: the first stands still, the others drive eight metres.
 class FleetSideTest : public testing::Test {
  protected:
   FleetSideTest() {
@@ -59,9 +59,9 @@ TEST_F(FleetSideTest, three_vehicles_share_one_map_over_bytes) {
     ASSERT_NE(T, frames.end()) << kNames[v];
     const SE3 expected = starts_[0].inverse() * starts_[v];
     EXPECT_LT((T->second.p - expected.p).norm(), 0.05) << kNames[v];
-    EXPECT_GT(vehicles_[v]->peers_heard, 100U);
+    EXPECT_GT(vehicles_[v]->peers_received, 100U);
     EXPECT_EQ(agent(v).tally().unreadable, 0U);
-    EXPECT_EQ(agent(v).heard().size(), 3U);
+    EXPECT_EQ(agent(v).received().size(), 3U);
   }
   ASSERT_FALSE(vehicles_[0]->paths.empty());
   EXPECT_EQ(nlohmann::json::parse(vehicles_[0]->paths.back())["paths"].size(), 3U);
@@ -82,7 +82,7 @@ TEST_F(FleetSideTest, what_a_vehicle_is_to_publish_is_published) {
   EXPECT_GE(of(RosTopicId::kFrontiers), 1U);
 }
 
-// To draw the map takes longer the larger it is; the agent's steps must not.
+// Drawing takes longer for a larger map; the agent's steps must not.
 TEST_F(FleetSideTest, the_map_is_drawn_by_a_job_and_the_steps_go_on_without_it) {
   run(20.0);
   FleetSide& side = vehicles_[0]->side;
@@ -129,7 +129,7 @@ TEST_F(FleetSideTest, a_vehicle_that_is_cut_off_is_seen_as_silent_and_harms_nobo
   ASSERT_NE(line, lines.end());
   EXPECT_EQ(line->level, DiagnosticLevel::kWarn);
   EXPECT_EQ(agent(0).node().mode(), fleet::Mode::kAnchor);
-  EXPECT_NE(agent(2).node().mode(), fleet::Mode::kAnchor);  // no majority hears it
+  EXPECT_NE(agent(2).node().mode(), fleet::Mode::kAnchor);  // it does not reach a majority
 }
 
 TEST_F(FleetSideTest, the_operator_ends_a_round_of_the_anchor) {

@@ -12,7 +12,7 @@
 namespace rali::host {
 namespace {
 
-/// An anchor that is silent for so long is lost: the others elect another one.
+/// An anchor that is silent for this long is lost: the others elect another one.
 constexpr double kAnchorLost_s = 10.0;
 constexpr double kRangeShown_s = 2.0;
 
@@ -57,7 +57,7 @@ class StateMaker {
       }
       for (const fleet::Goal& g : goals->goals) {
         if (g.vehicle.value >= names_.size()) continue;
-        // The places of one vehicle are listed one after the other.
+        // The goals of one vehicle are listed one after the other.
         const std::string& name = names_[g.vehicle.value];
         if (s.goals.empty() || s.goals.back().vehicle != name) s.goals.push_back({name, {}});
         s.goals.back().path_m.push_back(g.place_map_m);
@@ -107,7 +107,7 @@ class StateMaker {
     v.at_rest = pose->at_rest;
     v.speed_mps = pose->v_odom_mps.norm();
     if (const auto since = side_.degenerate_since()) {
-      v.degenerate_axis = T_frame_local.R * pose->degeneracy.blind_odom;
+      v.degenerate_axis = T_frame_local.R * pose->degeneracy.degenerate_odom;
       v.degenerate_since_s = seconds_between(*since, now_.boot);
     }
     return v;
@@ -116,15 +116,15 @@ class StateMaker {
   [[nodiscard]] StateVehicle other(VehicleId id) const {
     StateVehicle v;
     v.name = names_[id.value];
-    const auto heard = agent_.heard().find(id);
-    if (heard == agent_.heard().end()) return v;
-    const fleet::VehicleStatus& status = heard->second.status;
-    v.age_s = seconds_between(heard->second.t, t_);
+    const auto received = agent_.received().find(id);
+    if (received == agent_.received().end()) return v;
+    const fleet::VehicleStatus& status = received->second.status;
+    v.age_s = seconds_between(received->second.t, t_);
     v.role = role_word(status.mode);
     v.mode = *v.age_s > kAnchorLost_s ? "lost" : mode_word(status.mode);
     v.waits_for = status.waits_for.empty() ? sentence(id, status.mode, true) : status.waits_for;
     v.at_rest = status.at_rest;
-    if (status.battery_share >= 0.0) v.battery = status.battery_share;
+    if (status.battery_fraction >= 0.0) v.battery = status.battery_fraction;
     const auto& frames = side_.picture().T_map_local;
     const auto T = frames.find(id);
     if (T == frames.end()) return v;
@@ -132,8 +132,8 @@ class StateMaker {
     v.position_m = T_map_body.p;
     v.yaw_rad = yaw_of(T_map_body.R);
     if (status.sigma_m > 0.0) v.ellipse = StateEllipse{status.sigma_m, status.sigma_m, 0.0};
-    if (status.blind_azimuth_rad) {
-      const double a = *status.blind_azimuth_rad;
+    if (status.degenerate_azimuth_rad) {
+      const double a = *status.degenerate_azimuth_rad;
       v.degenerate_axis = T->second.R * geometry::Vec3(std::cos(a), std::sin(a), 0.0);
     }
     return v;
@@ -144,9 +144,9 @@ class StateMaker {
     anchor.vehicle = names_[id.value];
     const auto& rows = agent_.node().rounds().rounds();
     if (!rows.empty()) anchor.since_s = std::max(0.0, seconds_between(rows.back().start, t_));
-    const auto heard = agent_.heard().find(id);
-    if (id == agent_.self() || heard == agent_.heard().end()) return anchor;
-    const double age_s = seconds_between(heard->second.t, t_);
+    const auto received = agent_.received().find(id);
+    if (id == agent_.self() || received == agent_.received().end()) return anchor;
+    const double age_s = seconds_between(received->second.t, t_);
     if (age_s < kAnchorLost_s) return anchor;
     StateAnchorLost lost;
     lost.vehicle = anchor.vehicle;
@@ -213,15 +213,15 @@ LiveState live_state(const FleetSide& side, const HostFacts& host, HostTime now)
     out.forged = link.forged;
     out.repeated = link.repeated;
     if (side.agent() != nullptr) {
-      const auto heard = side.agent()->heard().find(link.peer);
-      if (heard != side.agent()->heard().end()) {
-        out.age_s = seconds_between(heard->second.t, side.agent_time(now));
+      const auto received = side.agent()->received().find(link.peer);
+      if (received != side.agent()->received().end()) {
+        out.age_s = seconds_between(received->second.t, side.agent_time(now));
       }
     }
     s.links.push_back(std::move(out));
   }
   for (const SensorHealth& sensor : side.sensors().sensors) {
-    if (sensor.name == "tf_static") continue;  // it is silent by nature
+    if (sensor.name == "tf_static") continue;  // published only once
     StateSensor out{sensor.name, sensor.topic, sensor.rate_hz, 0, std::nullopt};
     if (sensor.t_last) out.age_s = seconds_between(*sensor.t_last, now.wall);
     if (sensor.name == "lidar") out.drops = side.sensors().order.dropped_scans;

@@ -9,10 +9,10 @@
 
 namespace rali::host {
 
-/// What the host alone knows.
+/// Facts that only the host knows.
 struct HostFacts {
   std::vector<net::LinkCounts> links;
-  std::map<VehicleId, double> rates_Bps;  ///< arriving, of late
+  std::map<VehicleId, double> rates_Bps;  ///< recent receive rates
   bool has_link = false;                  ///< the fleet has more than one vehicle
   std::optional<StateDisk> disk;
   std::size_t unsynced_facts = 0;
@@ -26,7 +26,7 @@ struct HostFacts {
 [[nodiscard]] std::vector<DiagnosticLine> diagnose(const FleetSide& side, const HostFacts& host,
                                                    HostTime now);
 
-/// The fleet as this vehicle knows it now.
+/// The fleet as currently known to this vehicle.
 [[nodiscard]] LiveState live_state(const FleetSide& side, const HostFacts& host, HostTime now);
 
 }  // namespace rali::host

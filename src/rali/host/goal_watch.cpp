@@ -9,7 +9,7 @@ void GoalWatch::sent(std::uint64_t number) {
   if (newest_) before_ = newest_->goal_id;
 }
 
-void GoalWatch::heard(const wire::GoalStatusArray& status) {
+void GoalWatch::received(const wire::GoalStatusArray& status) {
   for (const wire::GoalStatus& goal : status.goals) {
     const bool newer = !newest_ || goal.accepted >= newest_->accepted;
     if (newer || goal.goal_id == newest_->goal_id) newest_ = goal;

@@ -9,24 +9,24 @@
 
 namespace rali::host {
 
-/// What became of the goals that a vehicle was sent, as its navigation tells it. The navigation
-/// gives each goal a name of its own, so the first name that was not there when an order went out
-/// is that order's.
+/// State of the goals sent to a vehicle, as reported by its navigation. The navigation assigns each
+/// goal its own id, so the first id that was not there when an order was sent belongs to that
+/// order.
 class GoalWatch {
  public:
-  /// An order goes out now. The same number again changes nothing.
+  /// An order is sent now. The same number again changes nothing.
   void sent(std::uint64_t number);
 
-  void heard(const wire::GoalStatusArray& status);
+  void received(const wire::GoalStatusArray& status);
 
-  /// How the drive to the last order goes; nothing: the navigation has not said anything of it.
+  /// State of the drive for the last order; empty: the navigation has not reported on it.
   [[nodiscard]] std::optional<fleet::DriveState> state() const;
 
  private:
   using GoalId = std::array<std::uint8_t, 16>;
 
   std::optional<std::uint64_t> number_;
-  std::optional<GoalId> before_;  ///< the newest goal when the order went out
+  std::optional<GoalId> before_;  ///< the newest goal when the order was sent
   std::optional<wire::GoalStatus> newest_;
 };
 

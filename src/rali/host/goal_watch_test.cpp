@@ -22,24 +22,24 @@ TEST(GoalWatch, ANavigationThatIsSilentSaysNothing) {
 
 TEST(GoalWatch, AGoalThatAnotherHasSentBeforeIsNotOurs) {
   GoalWatch watch;
-  watch.heard(goal(1, 10.0, wire::GoalStatus::kSucceeded));
+  watch.received(goal(1, 10.0, wire::GoalStatus::kSucceeded));
   watch.sent(1);
   EXPECT_FALSE(watch.state());
-  watch.heard(goal(1, 10.0, wire::GoalStatus::kSucceeded));
+  watch.received(goal(1, 10.0, wire::GoalStatus::kSucceeded));
   EXPECT_FALSE(watch.state());
-  watch.heard(goal(2, 11.0, wire::GoalStatus::kExecuting));
+  watch.received(goal(2, 11.0, wire::GoalStatus::kExecuting));
   EXPECT_EQ(watch.state(), fleet::DriveState::kDriving);
-  watch.heard(goal(2, 11.0, wire::GoalStatus::kSucceeded));
+  watch.received(goal(2, 11.0, wire::GoalStatus::kSucceeded));
   EXPECT_EQ(watch.state(), fleet::DriveState::kArrived);
 }
 
 TEST(GoalWatch, ANewOrderHasNoStateUntilItsGoalIsThere) {
   GoalWatch watch;
   watch.sent(1);
-  watch.heard(goal(1, 10.0, wire::GoalStatus::kSucceeded));
+  watch.received(goal(1, 10.0, wire::GoalStatus::kSucceeded));
   watch.sent(2);
   EXPECT_FALSE(watch.state());
-  watch.heard(goal(2, 12.0, wire::GoalStatus::kAborted));
+  watch.received(goal(2, 12.0, wire::GoalStatus::kAborted));
   EXPECT_EQ(watch.state(), fleet::DriveState::kUnreachable);
   watch.sent(2);
   EXPECT_EQ(watch.state(), fleet::DriveState::kUnreachable) << "the same order again";
@@ -50,7 +50,7 @@ TEST(GoalWatch, OfSeveralGoalsTheNewestCounts) {
   watch.sent(1);
   wire::GoalStatusArray both = goal(2, 20.0, wire::GoalStatus::kExecuting);
   both.goals.push_back(goal(1, 10.0, wire::GoalStatus::kAborted).goals[0]);
-  watch.heard(both);
+  watch.received(both);
   EXPECT_EQ(watch.state(), fleet::DriveState::kDriving);
 }
 

@@ -4,7 +4,7 @@
 
 namespace rali::host {
 
-/// Two clocks of one moment.
+/// The same moment on two clocks.
 struct HostTime {
   Time boot;  ///< since the machine started; goes on in suspend: leases run on it
   Time wall;  ///< UTC

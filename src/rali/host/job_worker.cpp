@@ -30,7 +30,7 @@ void JobWorker::run(std::uint64_t number, std::shared_ptr<fleet::Job> job) {
     flags_[number] = std::make_shared<std::atomic<bool>>(false);
   }
   if (orders_.put({number, std::move(job)})) return;
-  done_.put(fleet::JobDone{number, nullptr});  // as one that is lost: the node makes another
+  done_.put(fleet::JobDone{number, nullptr});  // as a lost job: the node makes another
   const std::lock_guard lock(mutex_);
   flags_.erase(number);
 }

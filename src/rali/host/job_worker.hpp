@@ -15,34 +15,34 @@
 
 namespace rali::host {
 
-/// Runs jobs beside the steps of a node, one after the other, in a thread of its own.
+/// Runs jobs outside the steps of a node, one after the other, in a thread of its own.
 class JobWorker {
  public:
   explicit JobWorker(std::unique_ptr<Executor> executor);
 
-  /// Cancels what is under way and waits for its end.
+  /// Cancels the running job and waits for its end.
   ~JobWorker();
 
   JobWorker(const JobWorker&) = delete;
   JobWorker& operator=(const JobWorker&) = delete;
 
-  /// @param number given back with it; of all that are under way here, another one each
+  /// @param number returned with the job; unique among the jobs in progress here
   void run(std::uint64_t number, std::shared_ptr<fleet::Job> job);
 
-  /// The job returns soon; its JobDone comes all the same.
+  /// The job returns soon; its JobDone is still delivered.
   void cancel(std::uint64_t number);
 
-  /// Jobs that have ended since the last call, in the order of their ends.
+  /// Jobs finished since the last call, in the order of completion.
   [[nodiscard]] std::vector<fleet::JobDone> take() { return done_.take(); }
 
-  /// The longest that has ended so far [s].
+  /// The longest duration of a finished job so far [s].
   [[nodiscard]] double longest_s() const { return longest_s_.load(std::memory_order_relaxed); }
 
  private:
   void loop();
 
   std::unique_ptr<Executor> executor_;
-  BoundedQueue<fleet::JobDone> orders_{16};  ///< as they will be given back
+  BoundedQueue<fleet::JobDone> orders_{16};  ///< as they will be returned
   BoundedQueue<fleet::JobDone> done_{16};
   std::mutex mutex_;  ///< of flags_
   std::map<std::uint64_t, std::shared_ptr<std::atomic<bool>>> flags_;

@@ -8,7 +8,7 @@
 #include "rali/host/internal/live_host_impl.hpp"
 #include "rali/net/seen_counters.hpp"
 
-// What runs on the caller's thread: agent, fleet link and view.
+// Work of the caller's thread: agent, fleet link and view.
 namespace rali::host {
 namespace {
 
@@ -27,7 +27,7 @@ void LiveHost::Impl::hand_out(HostListener& listener) {
   for (AgentOutput& output : out_.agent) {
     if (auto* send = std::get_if<SendBytes>(&output)) {
       if (parts_.link == nullptr) continue;
-      // Refused: facts are asked for again, the rest is said again. The link counts it.
+      // Refused: facts are requested again, other messages are repeated. The link counts it.
       static_cast<void>(parts_.link->send(send->to, send->urgency, as_octets_of(send->bytes)));
     } else if (auto* save = std::get_if<fleet::SaveRole>(&output)) {
       if (parts_.state != nullptr) to_disk_.put(std::move(*save));
@@ -139,13 +139,13 @@ void LiveHost::Impl::each_second(HostTime now, HostListener& listener) {
     seen_to_disk_.put(net::encode_seen(parts_.link->seen()));
   }
   const HostFacts host = facts(now);
-  if (host.queue_refused > refused_told_) {
+  if (host.queue_refused > refused_reported_) {
     note(finding_of("live.queue_full", Severity::kError,
                     fmt::format("{} values did not fit into a queue between threads",
-                                host.queue_refused - refused_told_),
+                                host.queue_refused - refused_reported_),
                     "", "Give the program more of the computer."),
          listener);
-    refused_told_ = host.queue_refused;
+    refused_reported_ = host.queue_refused;
   }
   last_state_ = live_state(fleet_, host, now);
   fleet_.publish_diagnostics(last_state_.diagnostics, now, out_);
@@ -165,7 +165,7 @@ LiveHostEnd LiveHost::Impl::run(HostListener& listener, const std::atomic<bool>&
   std::thread sensors([&] { sensor_loop(stop); });
   while (!stop.load(std::memory_order_relaxed)) fleet_step(listener);
   sensors.join();
-  fleet_step(listener);  // what the odometry finished, and its facts to the disk
+  fleet_step(listener);  // last outputs of the odometry, and its facts for the disk
   end.store(true, std::memory_order_release);
   for (std::thread* thread : {&disk, &record, &poses, &serial}) {
     if (thread->joinable()) thread->join();

@@ -23,18 +23,18 @@ struct LiveHostSetup {
   std::uint32_t epoch = 0;
 };
 
-/// What the host works with. All but the bus may be null: a vehicle alone, no view, no state.
+/// The parts of the host. All but the bus may be null: a single vehicle, no view, no state.
 struct LiveHostParts {
   net::RosBus* bus = nullptr;
   net::FleetLink* link = nullptr;
   view::ViewServer* view = nullptr;
   drive::StateDir* state = nullptr;
   RecordWriter* record = nullptr;
-  io::TumWriter* poses = nullptr;     ///< gets T_map_body of each pose as it is published
+  io::TumWriter* poses = nullptr;     ///< receives T_map_body of each pose as it is published
   net::SerialPort* serial = nullptr;  ///< of a LinkTrack radio
 };
 
-/// What the caller of a run is told, from its own thread.
+/// Callbacks of a run, called from the caller's thread.
 class HostListener {
  public:
   virtual ~HostListener() = default;
@@ -51,9 +51,10 @@ struct LiveHostEnd {
   LiveState last;
 };
 
-/// `rali run`: one vehicle with its threads. Sensors and odometry have one, the disk, the recording
-/// and the serial port have one each; agent, fleet link and view run on the caller's. Values move
-/// between them through bounded queues; what does not fit is counted and reported.
+/// `rali run`: one vehicle with its threads. Sensors and odometry share one; the disk, the
+/// recording and the serial port have one each; agent, fleet link and view run on the caller's.
+/// Values move between them through bounded queues; values that do not fit are counted and
+/// reported.
 class LiveHost {
  public:
   /// `executor` is used by the odometry's thread; estimates, explorations and pictures have a
@@ -61,7 +62,7 @@ class LiveHost {
   LiveHost(LiveHostSetup setup, const LiveHostParts& parts, Executor& executor);
   ~LiveHost();
 
-  /// Until `stop`; then what is under way is finished and the state is on the disk.
+  /// Runs until `stop`; then work in progress is finished and the state is on the disk.
   [[nodiscard]] LiveHostEnd run(HostListener& listener, const std::atomic<bool>& stop);
 
  private:

@@ -54,16 +54,16 @@ void LiveHost::Impl::poses_loop(const std::atomic<bool>& end) {
   if (poses_status_) poses_status_ = finished;
 }
 
-/// The vehicle goes on without its radio; a plug that is put back is found again.
+/// The vehicle continues without its radio; a device that is plugged in again is found.
 void LiveHost::Impl::serial_loop(const std::atomic<bool>& end) {
-  bool told = false;
+  bool reported = false;
   while (!end.load(std::memory_order_acquire)) {
     Result<net::SerialBytes> bytes = parts_.serial->read(kDiskWait);
     if (bytes) {
       if (!bytes->bytes.empty()) from_serial_.put(std::move(*bytes));
       continue;
     }
-    if (!std::exchange(told, true)) {
+    if (!std::exchange(reported, true)) {
       findings_.put(finding_of("live.serial_port", Severity::kError, bytes.error().message(), "",
                                "Plug the radio in and start rali run again."));
     }

@@ -26,7 +26,7 @@ Status LiveHost::Impl::advertise() {
   return {};
 }
 
-/// What cannot be read is left out: the motion shows how a drive goes, too.
+/// Unreadable messages are dropped: the state of a drive is also derived from the motion.
 void LiveHost::Impl::take_goal_status(const net::RosMessage& message, std::vector<ToAgent>& news) {
   auto status = wire::decode_goal_status(as_message(message.cdr));
   if (status) news.emplace_back(GoalNews{std::move(*status)});

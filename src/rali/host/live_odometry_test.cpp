@@ -20,7 +20,7 @@ struct Message {
 const net::RosTopic kPoints{"/points", "sensor_msgs/msg/PointCloud2", {}};
 const net::RosTopic kImu{"/imu/data", "sensor_msgs/msg/Imu", {}};
 
-/// What drivers publish while the vehicle wobbles along the hall. A scan takes 12 ms to arrive.
+/// Driver messages while the vehicle wobbles along the hall. A scan takes 12 ms to arrive.
 std::vector<Message> hall_messages(double duration_s) {
   const drive::test::HallRecording hall;
   const Time start = Time::from_s(drive::test::HallRecording::kStart_s);
@@ -33,7 +33,7 @@ std::vector<Message> hall_messages(double duration_s) {
         arrival, Message{kImu, arrival,
                          wire::encode(hall.imu(tick / 200.0, imu_noise), wire::Encoding::kCdr)});
     if (tick % 20 != 0 || tick == 0) continue;
-    const sensor::LidarScan scan = hall.sweep(tick / 20 - 1, lidar_noise);
+    const sensor::LidarScan scan = hall.scan(tick / 20 - 1, lidar_noise);
     const wire::PackedCloud packed = wire::pack_cloud(scan, "lidar", wire::CloudStyle::kVelodyne);
     const Time scan_arrival = t + Duration::from_s(0.012);
     messages.emplace(scan_arrival, Message{kPoints, scan_arrival,

@@ -9,10 +9,10 @@ namespace {
 
 constexpr int kImuRank = 0, kRangeRank = 1, kScanRank = 2;
 
-/// Scans jitter: so much of the usual step after the last scan none has ended yet.
-constexpr double kSureShare = 0.8;
+/// Scans jitter: the next scan does not end within this fraction of the usual step.
+constexpr double kSureFraction = 0.8;
 
-/// Of the step that is forgotten with each scan, so that a changed rate is learned.
+/// Weight of a longer step in the period, so that it adapts to a changed rate.
 constexpr double kForget = 0.05;
 
 Duration scaled(Duration d, double factor) {
@@ -59,7 +59,7 @@ void LiveOrder::push(std::shared_ptr<const sensor::LidarScan> scan) {
   settle();
 }
 
-/// The odometry goes on with what is new: a map with a gap is better than a pose of the past.
+/// The odometry continues with new scans: a gap in the map is better than an outdated pose.
 void LiveOrder::drop_scans() {
   for (auto it = due_.begin(); it != due_.end() && scans_ > settings_.scans_max;) {
     if (std::get<int>(it->first) != kScanRank) {
@@ -95,7 +95,7 @@ bool LiveOrder::is_turn(const Key& key) const {
   }
   if (!newest_scan_) return false;
   if (t <= *newest_scan_) return true;
-  return period_ && t <= *newest_scan_ + scaled(*period_, kSureShare);
+  return period_ && t <= *newest_scan_ + scaled(*period_, kSureFraction);
 }
 
 Time LiveOrder::deadline(const Key& key, const LiveEvent& event) const {

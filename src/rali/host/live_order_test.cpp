@@ -15,7 +15,7 @@ sensor::ImuSample imu_at(double t) {
 
 std::shared_ptr<const sensor::LidarScan> scan_at(double t_end) {
   auto scan = std::make_shared<sensor::LidarScan>();
-  scan->t_begin = at_ms(t_end - 100.0);
+  scan->t_start = at_ms(t_end - 100.0);
   scan->t_end = at_ms(t_end);
   scan->x_m = scan->y_m = scan->z_m = {1.0F};
   return scan;
@@ -29,7 +29,7 @@ sensor::RangeSample range_at(double t) {
   return range;
 }
 
-/// "i100 r103 s105": what left, with its time.
+/// "i100 r103 s105": the events passed on, with their times.
 std::string words(const std::vector<LiveEvent>& events) {
   std::string text;
   const auto put = [&](char kind, Time t) {

@@ -15,7 +15,7 @@ using nlohmann::json;
 constexpr std::size_t kPathMax = 5000;
 constexpr std::string_view kLevels[] = {"ok", "warn", "error", "stale"};
 
-/// Millimetres are enough, and shorter.
+/// Millimetres are sufficient, and shorter.
 double rounded(double value) { return std::round(value * 1e3) / 1e3; }
 
 json point(const geometry::Vec3& p) {
@@ -102,7 +102,7 @@ json sensor_json(const StateSensor& s) {
   return out;
 }
 
-/// Text from drivers and other vehicles may be no UTF-8.
+/// Text from drivers and other vehicles may not be UTF-8.
 std::string text_of_json(const json& document) {
   return document.dump(-1, ' ', false, json::error_handler_t::replace);
 }

@@ -7,8 +7,8 @@
 
 #include "rali/geometry/types.hpp"
 
-/// What the live page is told once a second. Fields and their meaning: src/rali/view/README.md;
-/// what is not known is left out of the JSON.
+/// State for the live page, once a second. Fields and their meaning: src/rali/view/README.md;
+/// unknown values are left out of the JSON.
 namespace rali::host {
 
 struct StateEllipse {
@@ -22,7 +22,7 @@ struct StateVehicle {
   std::string frame = "map";
   std::optional<StateEllipse> ellipse;
   std::optional<double> sigma_z_m;
-  std::optional<double> age_s;  ///< none: never heard
+  std::optional<double> age_s;  ///< none: never received
   std::string role, mode, waits_for;
   bool at_rest = false;
   std::optional<geometry::Vec3> degenerate_axis;
@@ -52,7 +52,7 @@ struct StateFrontier {
 
 struct StateGoal {
   std::string vehicle;
-  std::vector<geometry::Vec3> path_m;  ///< not empty; the goal is its end
+  std::vector<geometry::Vec3> path_m;  ///< not empty; its end is the goal
 };
 
 struct StateTable {
@@ -133,7 +133,7 @@ struct StatePath {
 [[nodiscard]] std::string state_json(const LiveState& state);
 [[nodiscard]] std::string paths_json(double t_s, const std::vector<StatePath>& paths);
 
-/// Answer of /healthz. @return whether the vehicle maps
+/// Answer of /healthz. @return whether the vehicle is mapping
 [[nodiscard]] bool health_json(const LiveState& state, std::string& json);
 
 /// Answer of /metrics: Prometheus text.

@@ -14,7 +14,7 @@ constexpr double kRedraw_m = 0.1, kRedraw_rad = 0.01;
 constexpr double kMoved_m = 0.01;
 constexpr double kGrow = 1.4;
 
-/// Appends values byte by byte, as PointCloud2 has them.
+/// Appends values byte by byte, as in PointCloud2.
 template <class T>
 void append(wire::Bytes& data, T value) {
   const std::size_t at = data.size();
@@ -87,12 +87,12 @@ void MapPicture::take(const fleet::FactPtr& fact) {
     Keyframe& keyframe = keyframes_[{fact->key.vehicle, *step->keyframe}];
     keyframe.t = fact->t;
     keyframe.T_local_body = step->T_odom_body;
-    keyframe.degenerate = step->blind;
+    keyframe.degenerate = step->degenerate;
     keyframe.has_step = true;
   }
 }
 
-/// The table's poses; behind them each vehicle goes on as its odometry did.
+/// The table's poses; newer keyframes of each vehicle continue by its odometry.
 void MapPicture::place(const MapNews& news) {
   auto known = news.poses.begin();
   moving_ = {};

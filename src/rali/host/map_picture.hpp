@@ -14,7 +14,7 @@
 
 namespace rali::host {
 
-/// What a node knows of the map, in values that do not change any more.
+/// A node's knowledge of the map, as immutable values.
 struct MapNews {
   std::vector<fleet::FactPtr> facts;                        ///< new since the last news
   std::vector<std::pair<KeyframeId, geometry::SE3>> poses;  ///< T_map_body, ascending
@@ -22,7 +22,7 @@ struct MapNews {
   std::optional<geometry::SE3> T_map_local;                 ///< of `own`
 };
 
-/// Gathers news of a node. It only copies: a step may do that.
+/// Collects news of a node. It only copies, which is fast enough for a step.
 class MapNewsReader {
  public:
   [[nodiscard]] MapNews read(const fleet::Node& node);
@@ -31,9 +31,9 @@ class MapNewsReader {
   std::map<fleet::StreamKey, fleet::SeqSet> seen_;  ///< facts
 };
 
-/// The fleet's map as this vehicle can draw it: the keyframes that it has the points of, where the
-/// last table puts them; newer ones of a vehicle hang on its last keyframe in the table. It takes
-/// no part in any estimate.
+/// The fleet's map as this vehicle can draw it: the keyframes with available points, at their poses
+/// of the last table. Newer keyframes of a vehicle are placed relative to its last keyframe in the
+/// table. It is not used by any estimate.
 class MapPicture {
  public:
   explicit MapPicture(const map::ExploreSettings& grid) : grid_(grid) {}
@@ -42,18 +42,18 @@ class MapPicture {
   void update(const MapNews& news);
 
   /// Points of keyframes that are new or were moved by more than 0.1 m since the last call; fields
-  /// x y z (float32), keyframe (uint32), vehicle (uint8). Frame map. Nothing: no news.
+  /// x y z (float32), keyframe (uint32), vehicle (uint8). Frame map. Empty: no news.
   [[nodiscard]] std::optional<wire::PackedCloud> take_delta(Time t);
 
-  /// One point per cube of all keyframes, with `age_s` since the first keyframe that saw it. Cubes
-  /// grow until at most `points_max` are left.
+  /// One point per cube of all keyframes, with `age_s` since the first keyframe that observed it.
+  /// Cubes grow until at most `points_max` are left.
   [[nodiscard]] std::optional<wire::PackedCloud> whole(Time t, double voxel_m,
                                                        std::size_t points_max) const;
 
-  /// Nothing before anything is seen.
+  /// Empty before any point is available.
   [[nodiscard]] std::optional<wire::GridMessage> grid(Time t) const;
 
-  /// The largest move of a keyframe by the last update that moved any.
+  /// The largest shift of a keyframe by the last update that moved any.
   struct Move {
     double metres = 0.0;
     VehicleId vehicle;
@@ -71,15 +71,15 @@ class MapPicture {
 
   [[nodiscard]] std::map<VehicleId, std::vector<PathPoint>> paths() const;
 
-  /// How each vehicle's frame `local` lies in the map, at its newest keyframe; those of vehicles
-  /// that are placed.
+  /// T_map_local of each vehicle's frame `local`, at its newest keyframe; only for vehicles that
+  /// are placed in the map.
   [[nodiscard]] const std::map<VehicleId, geometry::SE3>& T_map_local() const { return frames_; }
 
   [[nodiscard]] std::size_t keyframes() const { return keyframes_.size(); }
 
  private:
   struct Keyframe {
-    fleet::FactPtr points;  ///< null: not here
+    fleet::FactPtr points;  ///< null: not available
     Time t;
     geometry::SE3 T_local_body;
     bool has_step = false;  ///< T_local_body is known

@@ -12,7 +12,7 @@ namespace {
 constexpr auto kCdr = wire::Encoding::kCdr;
 constexpr double kCloudVoxel_m = 0.2;
 constexpr std::size_t kCloudPoints = 300'000;
-/// A table that moves any pose by more is announced, and the whole map is published anew.
+/// A table that moves any pose by more is announced, and the whole map is published again.
 constexpr double kMoved_m = 0.1;
 
 }  // namespace

@@ -12,27 +12,27 @@
 
 namespace rali::host {
 
-/// What a picture of the map is made from.
+/// Inputs of a picture of the map.
 struct PictureOrder {
-  Time t;  ///< on the clock of the sensors: stamp of what is published
+  Time t;  ///< on the clock of the sensors: stamp of the published messages
   MapNews news;
-  bool grid = false, cloud = false, paths = false;  ///< what is due besides the new points
+  bool grid = false, cloud = false, paths = false;  ///< due besides the new points
 };
 
-/// What the agent's thread keeps of it.
+/// The part of it that the agent's thread keeps.
 struct PictureShown {
   MapPicture::Move last_move;
   std::size_t keyframes = 0;
   std::map<VehicleId, geometry::SE3> T_map_local;  ///< see MapPicture
-  /// Of the table: another one after each that moved any pose by more than 0.1 m.
+  /// Of the table: raised by each table that moved any pose by more than 0.1 m.
   std::uint32_t revision = 0;
 };
 
-/// Draws the map that the live page and ROS show, beside the steps of the agent. It owns the
-/// picture while it is under way; there is one at a time.
+/// Draws the map for the live page and ROS, outside the steps of the agent. It owns the picture
+/// while it runs; there is one job at a time.
 class PictureJob final : public fleet::Job {
  public:
-  /// @param before  what was shown until now  @param names  of all vehicles
+  /// @param before previously shown state  @param names of all vehicles
   PictureJob(std::unique_ptr<MapPicture> picture, const PictureShown& before, PictureOrder order,
              const std::vector<std::string>& names)
       : picture_(std::move(picture)), order_(std::move(order)), names_(names), shown(before) {}
@@ -58,7 +58,7 @@ class PictureJob final : public fleet::Job {
   PictureShown shown;
   std::vector<RosOut> publish;
   std::vector<std::string> paths;  ///< JSON of /rali/paths
-  bool cloud_made = false;         ///< since it was due, or the map has moved
+  bool cloud_made = false;         ///< because it was due, or the map has moved
 };
 
 }  // namespace rali::host

@@ -11,10 +11,10 @@
 
 namespace rali::host {
 
-/// Raw messages of sensors as they came, for `rali map` afterwards: DIR/<vehicle>.mcap.
+/// Records raw sensor messages for a later `rali map`: DIR/<vehicle>.mcap.
 class RecordWriter {
  public:
-  /// Errors: kMachine; kUsage if the recording is there already.
+  /// Errors: kMachine; kUsage if the recording already exists.
   [[nodiscard]] static Result<std::unique_ptr<RecordWriter>> create(const std::string& folder,
                                                                     const std::string& vehicle);
 

@@ -14,7 +14,7 @@
 
 namespace rali::host {
 
-/// What a vehicle publishes on its ROS domain.
+/// Topics that a vehicle publishes on its ROS domain.
 enum class RosTopicId : std::uint8_t {
   kOdom,
   kTf,
@@ -32,21 +32,21 @@ enum class RosTopicId : std::uint8_t {
 };
 inline constexpr std::size_t kRosTopics = static_cast<std::size_t>(RosTopicId::kCount);
 
-/// A message that is ready to be published.
+/// A message ready for publication.
 struct RosOut {
   RosTopicId topic = RosTopicId::kOdom;
   Time t;
   wire::Bytes cdr;
 };
 
-/// Name, type and quality of a topic of vehicle `name`, as ROS 2 tools and Nav2 expect them.
+/// Name, type and quality of service of a topic of vehicle `name`, as ROS 2 tools and Nav2 expect.
 [[nodiscard]] net::RosTopic ros_topic(RosTopicId id, const std::string& name);
 
-/// A vehicle's name as ROS names allow it: '-' becomes '_'.
+/// A vehicle's name as a valid ROS name: '-' becomes '_'.
 [[nodiscard]] std::string ros_name(const std::string& vehicle);
 
-/// Messages of one vehicle. Frames as REP-105 has them: map -> <v>/odom -> <v>/base_link ->
-/// <v>/lidar and <v>/imu. The frame odom never jumps; what the map corrects is in map -> odom.
+/// Messages of one vehicle. Frames follow REP-105: map -> <v>/odom -> <v>/base_link -> <v>/lidar
+/// and <v>/imu. The frame odom never jumps; corrections by the map are in map -> odom.
 class RosOutputs {
  public:
   explicit RosOutputs(std::string vehicle) : vehicle_(ros_name(vehicle)) {}
@@ -66,7 +66,7 @@ class RosOutputs {
   /// /frontiers. @param t stamp
   [[nodiscard]] RosOut frontiers(const fleet::GoalList& goals, Time t) const;
 
-  /// /<v>/goal_pose: where to drive, or where to stand.
+  /// /<v>/goal_pose: where to drive, or where to stand still.
   [[nodiscard]] RosOut goal(const fleet::DriveOrder& order, const geometry::SE3& T_map_body,
                             Time t) const;
 

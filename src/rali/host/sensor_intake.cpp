@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kSettle_s = 2.0;
 constexpr std::size_t kRecent = 64;
-/// A rate is that of the messages of so long.
+/// Time span of the messages used for a rate.
 constexpr double kRateSpan_s = 3.0;
 
 std::string name_of_kind(wire::MessageKind kind) {
@@ -32,7 +32,7 @@ std::string listed_topics(std::span<const net::RosTopic> topics) {
 
 }  // namespace
 
-/// Ranges that can be none do not come in.
+/// Drops impossible ranges.
 class SensorIntake::Judge final : public drive::EventSink {
  public:
   Judge(LiveOrder& order, const drive::RangeOptions& ranges) : order_(order), ranges_(ranges) {}
@@ -147,7 +147,7 @@ void SensorIntake::store(const drive::RecordedMessage& m) {
                     0});
 }
 
-/// What cannot be read is looked at again with the next seconds: a driver may be restarted.
+/// Unreadable input is examined again with the next seconds: a driver may be restarted.
 void SensorIntake::decide() {
   std::map<std::string, drive::TopicCount> counts;
   for (const drive::StoredMessage& m : first_) {
@@ -222,9 +222,9 @@ std::vector<SensorHealth> SensorIntake::health() const {
 }
 
 FindingList SensorIntake::take_findings() {
-  FindingList news(report_.findings.begin() + static_cast<std::ptrdiff_t>(findings_told_),
+  FindingList news(report_.findings.begin() + static_cast<std::ptrdiff_t>(findings_reported_),
                    report_.findings.end());
-  findings_told_ = report_.findings.size();
+  findings_reported_ = report_.findings.size();
   return news;
 }
 

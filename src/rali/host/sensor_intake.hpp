@@ -17,7 +17,7 @@
 
 namespace rali::host {
 
-/// What live sensors are taken for.
+/// Settings of the live sensor intake.
 struct IntakeSetup {
   drive::InputOptions input;  ///< input.ranges is set by the intake
   drive::RangeOptions ranges;
@@ -25,45 +25,45 @@ struct IntakeSetup {
   std::vector<std::string> fleet;  ///< names of all vehicles
 };
 
-/// How one sensor does.
+/// State of one sensor.
 struct SensorHealth {
   std::string name, topic;
   std::uint64_t messages = 0;
   std::optional<Time> t_last;  ///< arrival
-  double rate_hz = 0.0;        ///< of late; 0: not known
+  double rate_hz = 0.0;        ///< recent; 0: not known
 };
 
-/// Messages of live sensors to events of a vehicle, in order. The first seconds decide how to read
-/// the rest, exactly as those of a recording do. No thread, clock or socket: it is told what has
-/// arrived when.
+/// Converts messages of live sensors to ordered events of a vehicle. The first seconds decide how
+/// to read the rest, exactly as for a recording. No thread, clock or socket: the caller passes
+/// messages with their arrival times.
 class SensorIntake {
  public:
   explicit SensorIntake(IntakeSetup setup);
   ~SensorIntake();
 
-  /// Topics to subscribe to, of what is published now; each once. Nothing is chosen before the
-  /// candidates have been the same for two seconds, so that a second one is seen.
+  /// Topics to subscribe to, among those published now; each once. Nothing is chosen until the
+  /// candidates have been the same for two seconds, so that a second candidate is noticed.
   [[nodiscard]] std::vector<net::RosTopic> choose(std::span<const net::RosTopic> published,
                                                   Time now);
 
-  /// A message of a topic that was chosen. @param t_arrival on the clock of this machine
+  /// A message of a chosen topic. @param t_arrival on the clock of this machine
   void take(const net::RosTopic& topic, Time t_arrival, std::span<const std::byte> message);
 
   /// Bytes of the LinkTrack radio's serial port.
   void take_serial(Time t_arrival, std::span<const std::byte> bytes);
 
-  /// Appends what may leave.
+  /// Appends the events that are due.
   void take_events(Time now, std::vector<LiveEvent>& out);
 
-  /// When take_events() has something without another message.
+  /// When take_events() returns an event without another message.
   [[nodiscard]] std::optional<Time> due() const { return order_.due(); }
 
-  /// The input is understood: report() holds what was decided, events come.
+  /// The input is understood: report() holds the decisions, events are available.
   [[nodiscard]] bool decided() const { return reader_ != nullptr; }
 
   [[nodiscard]] const drive::InputReport& report() const { return report_; }
 
-  /// One sentence; empty: for nothing.
+  /// One sentence; empty: it waits for nothing.
   [[nodiscard]] const std::string& waits_for() const { return waits_for_; }
 
   [[nodiscard]] const LiveOrderTally& order_tally() const { return order_.tally(); }
@@ -99,11 +99,11 @@ class SensorIntake {
   std::size_t first_bytes_ = 0, first_clouds_ = 0;
   drive::InputReport report_;
   std::unique_ptr<drive::MessageReader> reader_;
-  std::size_t findings_told_ = 0;
+  std::size_t findings_reported_ = 0;
 
   LiveOrder order_;
   std::unique_ptr<Judge> judge_;
-  std::vector<LiveEvent> events_;  ///< that left the order while messages were read
+  std::vector<LiveEvent> events_;  ///< passed on while messages were read
   wire::LinktrackStream serial_;
   std::unique_ptr<drive::RadioStamps> serial_stamps_;
   std::map<std::string, Watch> watches_;  ///< by topic

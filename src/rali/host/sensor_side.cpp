@@ -33,7 +33,7 @@ void SensorSide::take(const ToSensors& news) {
   }
 }
 
-/// The mounting is known with the first messages, not before.
+/// Starts the vehicle with the first messages: the mounting is not known earlier.
 void SensorSide::start_vehicle(const LiveEvent& first, const Publish& publish,
                                std::vector<ToAgent>& news) {
   const vehicle::VehicleSettings settings = drive::settings_with(setup_.vehicle, intake_.report());
@@ -82,7 +82,7 @@ void SensorSide::step(const vehicle::Event& event, const Publish& publish,
       for (const RosOut& message : messages_) publish(message);
       if (T_map_local_) map_poses_.push_back({pose->t, *T_map_local_ * pose->T_local_body});
     }
-    // Keyframes reach the agent as facts, thinned.
+    // The agent receives keyframes as facts, thinned.
     if (std::holds_alternative<vehicle::KeyframeAdded>(output)) continue;
     news.emplace_back(VehicleNews{std::move(output)});
   }

@@ -19,7 +19,7 @@
 
 namespace rali::host {
 
-/// What the odometry's thread tells the agent's.
+/// Messages from the odometry's thread to the agent's.
 struct VehicleNews {
   vehicle::Output output;
 };
@@ -28,12 +28,12 @@ struct RangeNews {
   sensor::RangeSample sample;
 };
 
-/// What the navigation says of its goals.
+/// Goal status from the navigation.
 struct GoalNews {
   wire::GoalStatusArray status;
 };
 
-/// How the sensors do, once a second.
+/// State of the sensors, once a second.
 struct SensorNews {
   bool decided = false;
   std::string waits_for;
@@ -45,21 +45,22 @@ struct SensorNews {
   std::uint64_t scans = 0;  ///< with a pose
 };
 
-/// The first event has come: what its stamp says against the arrival on this machine's clock.
+/// The first event has arrived: the difference between its stamp and its arrival on this machine's
+/// clock.
 struct ClockNews {
-  Duration ahead;  ///< stamp less arrival
+  Duration ahead;  ///< stamp minus arrival
 };
 
 using ToAgent = std::variant<VehicleNews, RangeNews, GoalNews, SensorNews, ClockNews>;
 
-/// What the agent's thread tells the odometry's.
+/// Messages from the agent's thread to the odometry's.
 struct FrameNews {
   std::optional<geometry::SE3> T_map_local;
 };
 
 using ToSensors = std::variant<fleet::PeerStatus, FrameNews>;
 
-/// Takes a message that is to leave at once.
+/// Takes a message that must be sent at once.
 using Publish = std::function<void(const RosOut&)>;
 
 struct SensorSideSetup {
@@ -68,7 +69,7 @@ struct SensorSideSetup {
   VehicleId self;
 };
 
-/// The sensors and the odometry of one vehicle: messages in, poses out. What its thread runs,
+/// The sensors and the odometry of one vehicle: messages in, poses out. The work of its thread,
 /// without the thread.
 class SensorSide {
  public:
@@ -78,14 +79,14 @@ class SensorSide {
 
   void take(const ToSensors& news);
 
-  /// Runs what may leave the intake. @param now on the clock of arrivals, which may be asked again:
-  /// the latency of a pose is from its scan's arrival to the return of the step
+  /// Processes the due events of the intake. @param now clock of arrivals, read again after each
+  /// step: the latency of a pose is from its scan's arrival to the return of the step
   void run(const std::function<Time()>& now, const Publish& publish, std::vector<ToAgent>& news);
 
-  /// No more data will come: what waits is finished.
+  /// No more data will come: waiting events are processed.
   void finish(const Publish& publish, std::vector<ToAgent>& news);
 
-  /// T_map_body of the poses that the last run() or finish() has published; of those alone that are
+  /// T_map_body of the poses that the last run() or finish() published; only of those that are
   /// placed in the map.
   [[nodiscard]] const std::vector<io::StampedPose>& map_poses() const { return map_poses_; }
 
@@ -106,8 +107,8 @@ class SensorSide {
   std::vector<io::StampedPose> map_poses_;
   std::optional<geometry::SE3> T_map_local_;
   DurationStats latency_, scan_step_;
-  std::optional<Time> scan_arrival_;  ///< of the last scan that the vehicle was handed
-  Time t_started_;                    ///< of the odometry: what came before waited for decisions
+  std::optional<Time> scan_arrival_;  ///< of the last scan that the vehicle received
+  Time t_started_;                    ///< of the odometry: earlier events waited for decisions
   std::uint64_t scans_ = 0;
 };
 

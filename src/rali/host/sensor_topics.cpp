@@ -8,12 +8,12 @@
 namespace rali::host {
 namespace {
 
-/// A scan is large: two wait while the odometry works on another one.
+/// A scan is large: two wait while the odometry processes another one.
 constexpr int kScanDepth = 8;
 /// One second of a fast IMU.
 constexpr int kSampleDepth = 1000;
 
-/// Readers that are best effort match all writers.
+/// Best-effort readers match all writers.
 net::RosTopic listened(const net::RosTopic& topic, int depth) {
   net::RosTopic out = topic;
   out.qos = {false, false, depth};
@@ -43,7 +43,7 @@ bool is_range(const net::RosTopic& topic) {
   return kind == wire::MessageKind::kLinktrack || kind == wire::MessageKind::kRaliRange;
 }
 
-/// What rali publishes itself, or belongs to another vehicle on the same network.
+/// Topics that rali publishes itself, or that belong to another vehicle on the same network.
 bool is_foreign(const std::string& topic, const std::string& vehicle,
                 std::span<const std::string> fleet) {
   if (topic == "/map_cloud" || topic == "/ranges") return true;

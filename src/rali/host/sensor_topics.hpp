@@ -11,7 +11,7 @@
 
 namespace rali::host {
 
-/// What a vehicle listens to, as others publish it.
+/// The topics that a vehicle subscribes to, as published.
 struct SensorTopics {
   net::RosTopic lidar;
   std::optional<net::RosTopic> imu;       ///< none: imu.topic is none
@@ -19,16 +19,16 @@ struct SensorTopics {
 };
 
 /// Chooses by name or by type, as `rali map` does in a recording: two clouds or two IMUs are an
-/// error. Unlike there an IMU must be there unless the settings say none: its driver may only be
-/// late.
-/// @param fleet names of all vehicles: what rali itself publishes is no sensor, and
-/// what is named /OTHER/... is one of that vehicle
-/// Errors (kInput): a sentence that says what is waited for.
+/// error. In contrast to a recording, an IMU is required unless the settings say none: its driver
+/// may only start late.
+/// @param fleet names of all vehicles: topics that rali itself publishes are no sensors, and
+/// /OTHER/... belongs to that vehicle
+/// Errors (kInput): a sentence that states what is waited for.
 [[nodiscard]] Result<SensorTopics> choose_sensors(std::span<const net::RosTopic> published,
                                                   const drive::InputOptions& options,
                                                   std::span<const std::string> fleet);
 
-/// Topics that carry ranges, but for those that rali itself publishes and those of other vehicles:
+/// Topics that carry ranges, except those that rali itself publishes and those of other vehicles:
 /// the ones that `ranges` names, or all if it names none.
 [[nodiscard]] std::vector<net::RosTopic> range_topics(std::span<const net::RosTopic> published,
                                                       const drive::RangeOptions& ranges,

@@ -22,7 +22,7 @@ void notify_service(const std::string& lines) {
   std::memcpy(address.sun_path, path, length);
   if (address.sun_path[0] == '@') address.sun_path[0] = '\0';  // an abstract name
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + length);
-  // A manager that does not listen is its own business.
+  // A service manager that does not receive it is no error here.
   static_cast<void>(sendto(descriptor, lines.data(), lines.size(), MSG_NOSIGNAL | MSG_DONTWAIT,
                            reinterpret_cast<const sockaddr*>(&address), size));
   close(descriptor);

@@ -4,8 +4,8 @@
 
 namespace rali::host {
 
-/// Tells systemd how the service does, where systemd has started it (NOTIFY_SOCKET): "READY=1",
-/// "WATCHDOG=1", "STATUS=...", "STOPPING=1", one per line. Nothing happens elsewhere.
+/// Reports the service state to systemd, if systemd has started it (NOTIFY_SOCKET): "READY=1",
+/// "WATCHDOG=1", "STATUS=...", "STOPPING=1", one per line. Otherwise it does nothing.
 void notify_service(const std::string& lines);
 
 }  // namespace rali::host

@@ -21,7 +21,7 @@ KinematicState turned(const Vec3& g) {
   return s;
 }
 
-// The same with the rotation at the start of each interval: what a careless rewrite would do.
+// The same with the rotation at the start of each interval, as a regression might have it.
 KinematicState turned_with_rotation_at_the_start() {
   KinematicState s;
   for (int k = 0; k < 200; ++k) {

@@ -12,11 +12,11 @@ using geometry::Vec3;
 
 namespace {
 
-/// So many independent values give the noise to a factor of 1.5 (1 sigma): from then on it counts
+/// This many independent values give the noise to a factor of 1.5 (1 sigma): from then on it counts
 /// as measured.
 constexpr double kEnough = 3.0;
 
-/// Of two estimates of one figure with errors by factors: the mean weighted in the logarithm.
+/// Combines two estimates of one quantity whose errors are factors: weighted mean of logarithms.
 double log_mean(double a, double factor_a, double b, double factor_b) {
   const double wa = 1.0 / (std::log(factor_a) * std::log(factor_a));
   const double wb = 1.0 / (std::log(factor_b) * std::log(factor_b));
@@ -49,7 +49,7 @@ void MotionNoise::Spread::add(const Vec3& difference, const Mat3& known, double 
   const Vec3 off = seen - known * mean;
   mean += g * off;
   double square_now = off.squaredNorm() / rank;
-  // A single jolt is no noise; many of them are.
+  // A single jolt is not noise; many are.
   constexpr double kOutlier = 16.0;
   if (weight > 10.0) square_now = std::min(square_now, kOutlier * square);
   square += g * (square_now - square);
@@ -71,7 +71,7 @@ void MotionNoise::compare(double lag_s, Spread& accel, Spread& gyro) {
   if (!b) return;
   const double dt_s = seconds_between(steps_[*b].t, steps_[c].t);
 
-  // Of the integral between two steps: the velocity it gives and the way from rest.
+  // Integral between two steps: velocity and displacement when starting from zero velocity.
   struct Integral {
     Vec3 v = Vec3::Zero(), p = Vec3::Zero();
   };
@@ -99,27 +99,27 @@ void MotionNoise::compare(double lag_s, Spread& accel, Spread& gyro) {
   const Integral second = integrate(*b, c);
   const Vec3 seen = steps_[c].p_odom_m - steps_[*b].p_odom_m -
                     ratio * (steps_[*b].p_odom_m - steps_[*a].p_odom_m);
-  const Vec3 felt = second.p + first.v * dt_s - ratio * first.p;
-  // In the body, where biases stay the same; only where all three positions are known.
+  const Vec3 inertial = second.p + first.v * dt_s - ratio * first.p;
+  // In the body frame, where biases are constant; only where all three positions are observable.
   const Mat3 known = steps_[c].known * steps_[*b].known * steps_[*a].known;
   const Mat3& R = steps_[c].R_odom_body;
-  accel.add(R.transpose() * (seen - felt), R.transpose() * (0.5 * (known + known.transpose())) * R,
-            dt_s, settings_.memory_s);
+  accel.add(R.transpose() * (seen - inertial),
+            R.transpose() * (0.5 * (known + known.transpose())) * R, dt_s, settings_.memory_s);
 }
 
 double MotionNoise::combined(double prior, const Measured& measured, double floor) const {
   if (measured.count <= 0.0) return prior;
-  // One value of a mean square of n values is known to sqrt(2 / n) in its logarithm, half of that
-  // in the logarithm of its root.
+  // A mean square of n values has a relative sigma of sqrt(2 / n) in its logarithm; the logarithm
+  // of its root has half of that.
   const double w_measured = 2.0 * measured.count;
   const double w_prior =
       1.0 / (std::log(settings_.typical_factor) * std::log(settings_.typical_factor));
   const double value = std::max(measured.value, floor);
   const double mean =
       std::exp((w_prior * std::log(prior) + w_measured * std::log(value)) / (w_prior + w_measured));
-  // Where few directions are seen the mean stays a quarter below what is measured if the prior is a
-  // tenth of it. Too little noise costs the pose, too much hardly anything: a low claim only holds
-  // until the noise is measured.
+  // With few observable directions the mean stays a quarter below the measured value if the prior
+  // is a tenth of it. Too little noise degrades the pose, too much hardly matters: a low claim
+  // counts only until the noise is measured.
   return measured.count < kEnough ? mean : std::max(mean, value);
 }
 
@@ -136,14 +136,14 @@ void MotionNoise::add(const MotionStep& step) {
   while (seconds_between(steps_.front().t, step.t) > keep_s) steps_.pop_front();
   compare(settings_.short_s, accel_spread_[0], gyro_spread_[0]);
   compare(settings_.long_s, accel_spread_[1], gyro_spread_[1]);
-  // Overlapping values of one long lag are one value.
+  // Overlapping values within one long lag count as one value.
   const double dt_s =
       steps_.size() > 1 ? seconds_between(steps_[steps_.size() - 2].t, step.t) : settings_.long_s;
   const auto independent = [dt_s](const Spread& s) {
     return s.lag_s > 0.0 ? s.weight * std::min(1.0, dt_s / s.lag_s) : 0.0;
   };
-  // Second differences over a lag T: 2/3 q^2 T^3 of white acceleration, and what does not grow with
-  // T of the LiDAR. Rotations over T: q^2 T.
+  // Second differences over a lag T: 2/3 q^2 T^3 from white acceleration, plus LiDAR noise that
+  // does not grow with T. Rotations over T: q^2 T.
   const auto cube = [](double x) { return x * x * x; };
   const double a_span = cube(accel_spread_[1].lag_s) - cube(accel_spread_[0].lag_s);
   const double g_span = gyro_spread_[1].lag_s - gyro_spread_[0].lag_s;
@@ -152,7 +152,7 @@ void MotionNoise::add(const MotionStep& step) {
   };
   accel_ = {std::sqrt(1.5) * root_of_growth(accel_spread_, a_span), independent(accel_spread_[1])};
   gyro_ = {root_of_growth(gyro_spread_, g_span), independent(gyro_spread_[1])};
-  // Below a tenth of what is typical the LiDAR's own noise decides what can be told.
+  // Below a tenth of the typical value, the noise of the LiDAR hides that of the inertial sensor.
   constexpr double kTellable = 0.1;
   density_.accel_mps2_rthz =
       combined(prior_.accel_mps2_rthz, accel_, kTellable * settings_.accel_typical_mps2_rthz);

@@ -10,19 +10,19 @@
 
 namespace rali::imu {
 
-/// White noise of an inertial sensor as a filter needs it: all that makes its integral wrong over a
-/// second, the sensor's own noise being the smallest part on a vehicle that drives.
+/// White noise of an inertial sensor for use in a filter: all errors that accumulate in its
+/// integral over a second. On a driving vehicle the sensor's own noise is the smallest part.
 struct NoiseDensity {
   double gyro_radps_rthz = 3e-3;
   double accel_mps2_rthz = 0.03;
 };
 
-/// Noise as measured while driving; empty where too little was driven, or the LiDAR is degenerate.
+/// Noise measured while driving; empty with too little driving, or where the LiDAR is degenerate.
 struct MeasuredNoise {
   std::optional<double> gyro_radps_rthz, accel_mps2_rthz;
 };
 
-/// What is known of the noise before anything is measured, and how fast measurements take over.
+/// Prior of the noise, and how fast measurements replace it.
 struct MotionNoiseSettings {
   double gyro_typical_radps_rthz = 3e-3;
   double accel_typical_mps2_rthz = 0.03;
@@ -45,49 +45,51 @@ struct MotionNoiseSettings {
   }
 };
 
-/// What the noise is taken for before it is measured: typical for vehicles, moved a little by what
-/// the user claims. Data sheets state the sensor at rest on a table, often in other units; a figure
-/// copied from one must never make the result worse.
-/// @param claimed  of the user, with the factor that driving adds
+/// The noise density assumed before it is measured: typical for vehicles, slightly adjusted by the
+/// figure the user claims. Data sheets specify the sensor at rest on a table, often in other units;
+/// a copied figure must never make the result worse.
+/// @param claimed by the user, including the factor for driving
 [[nodiscard]] NoiseDensity prior_noise(const NoiseDensity& claimed,
                                        const MotionNoiseSettings& settings);
 
-/// What LiDAR and inertial sensor each say of the motion since the last scan.
+/// Motion since the last scan, as measured by the LiDAR and by the inertial sensor.
 struct MotionStep {
   Time t;
-  geometry::Mat3 R_odom_body = geometry::Mat3::Identity();  ///< by the LiDAR
-  geometry::Vec3 p_odom_m = geometry::Vec3::Zero();         ///< by the LiDAR
-  /// Projector on the directions in which the LiDAR alone knows the position.
+  geometry::Mat3 R_odom_body = geometry::Mat3::Identity();  ///< from the LiDAR
+  geometry::Vec3 p_odom_m = geometry::Vec3::Zero();         ///< from the LiDAR
+  /// Projector on the directions in which the position is observable by the LiDAR alone.
   geometry::Mat3 known = geometry::Mat3::Zero();
   bool rotation_known = false;
-  /// Integral of force and gravity since the last step, and the displacement by it alone, in odom.
+  /// Integral of force and gravity since the last step, and the displacement from it alone, in
+  /// odom.
   geometry::Vec3 dv_mps = geometry::Vec3::Zero();
   geometry::Vec3 dp_m = geometry::Vec3::Zero();
-  geometry::Mat3 dR = geometry::Mat3::Identity();  ///< by the gyro, from the last body to this one
+  geometry::Mat3 dR =
+      geometry::Mat3::Identity();  ///< from the gyro, from the last body to this one
 };
 
 /// Measures the noise of an inertial sensor in motion by comparing it with the LiDAR over two lags,
-/// as an Allan variance does: over the short lag the noise of the LiDAR shows, over the long one
-/// that of the integrated inertial data. Second differences of positions are free of the velocity,
-/// their slow mean of biases and tilt. Whatever the cause (vibration, jolts shorter than a sample,
-/// stamps, scale), it is measured where it does harm.
+/// like an Allan variance. The short lag shows the noise of the LiDAR, the long one that of the
+/// integrated inertial data. Second differences of positions cancel the velocity; subtracting their
+/// slow mean cancels biases and tilt. All causes are included (vibration, jolts shorter than a
+/// sample, stamps, scale), because the comparison uses the integral that the filter uses.
 class MotionNoise {
  public:
   MotionNoise(const NoiseDensity& claimed, const MotionNoiseSettings& settings);
 
-  /// Once for each scan in which the vehicle moves and the step has inertial data.
+  /// Call once per scan in which the vehicle moves and the step has inertial data.
   void add(const MotionStep& step);
 
-  /// The chain of steps is broken: a gap, a new map, a standstill.
+  /// Breaks the chain of steps: after a gap, a new map or a standstill.
   void interrupt() { steps_.clear(); }
 
   /// The densities to use now.
   [[nodiscard]] const NoiseDensity& density() const { return density_; }
 
-  /// Of it what rests on enough measured values.
+  /// The part of density() that is based on enough measured values.
   [[nodiscard]] MeasuredNoise measured() const;
 
-  /// Mean of what was measured while driving, with the number of independent values behind it.
+  /// Mean of the noise measured while driving, with the number of independent values in it.
   struct Measured {
     double value = 0.0;
     double count = 0.0;
@@ -98,7 +100,7 @@ class MotionNoise {
   [[nodiscard]] const Measured& accel() const { return accel_; }
 
  private:
-  /// Mean square of what two sensors differ by over one lag, outliers bounded, slow mean removed.
+  /// Mean square difference of the two sensors over one lag, outliers bounded, slow mean removed.
   struct Spread {
     geometry::Vec3 mean = geometry::Vec3::Zero();
     double square = 0.0;

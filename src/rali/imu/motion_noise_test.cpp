@@ -20,7 +20,7 @@ Vec3 normal3(Rng& rng) {
   return {x, y, z};
 }
 
-/// A vehicle whose inertial sensor is as wrong as told, and a LiDAR of so much noise.
+/// A vehicle with the given errors of the inertial sensor and the given LiDAR noise.
 struct Drive {
   double accel_mps2_rthz = 0.03, gyro_radps_rthz = 3e-3;
   double lidar_m = 0.002, lidar_rad = 3e-4;
@@ -40,9 +40,10 @@ struct Drive {
       Vec3 turn = Vec3::Zero();
       for (double s = 0.0; s < period_s - 1e-9; s += kSample_s) {
         const Vec3 truth(0.3 * std::sin(t + s), 0.2 * std::cos(2.0 * (t + s)), 0.0);
-        const Vec3 felt = truth + bias_mps2 + accel_mps2_rthz / std::sqrt(kSample_s) * normal3(rng);
-        step.dp_m += step.dv_mps * kSample_s + 0.5 * kSample_s * kSample_s * felt;
-        step.dv_mps += kSample_s * felt;
+        const Vec3 inertial =
+            truth + bias_mps2 + accel_mps2_rthz / std::sqrt(kSample_s) * normal3(rng);
+        step.dp_m += step.dv_mps * kSample_s + 0.5 * kSample_s * kSample_s * inertial;
+        step.dv_mps += kSample_s * inertial;
         p += v * kSample_s + 0.5 * kSample_s * kSample_s * truth;
         v += kSample_s * truth;
         turn += kSample_s * gyro_radps_rthz / std::sqrt(kSample_s) * normal3(rng);
@@ -84,7 +85,7 @@ TEST(MotionNoise, finds_the_noise_whatever_was_claimed) {
 }
 
 TEST(MotionNoise, is_never_used_below_what_enough_values_have_measured) {
-  // In a corridor one direction is seen well, and few values are behind the figure.
+  // In a corridor one direction is well observable, and the figure is based on few values.
   Drive drive;
   drive.accel_mps2_rthz = 0.3;
   drive.known = Vec3(0.0, 1.0, 0.0).asDiagonal();

@@ -15,7 +15,8 @@ using geometry::Vec3;
 
 namespace {
 
-// Where the first-order correction stays below 0.25 mm/s and 0.08 mm over 1 s (test T1).
+// With these limits the first-order correction errs by less than 0.25 mm/s and 0.08 mm over 1 s
+// (test T1).
 constexpr double kGyroBiasStepRadps = 0.005;
 constexpr double kAccelBiasStepMps2 = 0.05;
 
@@ -80,7 +81,7 @@ void Preintegration::integrate(const Step& step) {
   const Mat3 Rm = dR_ * E_half;
   const Mat3 Rm_ax = Rm * skew(a);
   // Derivative of the mid-interval rotation by the gyro bias. With it the five Jacobians are the
-  // exact derivatives of the sums below; with dR in its place they are O(dt) off.
+  // exact derivatives of the sums below; with dRg_ in its place their error is O(dt).
   const Mat3 dRm_g = E_half.transpose() * dRg_ - so3_right_jacobian(w * (0.5 * dt)) * (0.5 * dt);
 
   propagate_covariance(E, E_half, Rm_ax, Rm, w, dt);

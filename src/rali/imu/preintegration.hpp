@@ -47,9 +47,9 @@ struct InertialResidual {
 /// Samples are piecewise constant; rotation within a sample is taken at its middle.
 class Preintegration {
  public:
-  /// More samples than this are refused: at 200 Hz it is 20 minutes between two keyframes.
+  /// More samples than this are refused: at 200 Hz, 20 minutes between two keyframes.
   static constexpr std::size_t kSamplesMax = std::size_t{1} << 18U;
-  /// One sample cannot stand for longer than this.
+  /// A sample can cover at most this time.
   static constexpr double kStepMaxS = 1.0;
 
   Preintegration(const InertialBias& bias, const InertialNoise& noise);
@@ -60,19 +60,19 @@ class Preintegration {
   [[nodiscard]] bool add(const geometry::Vec3& gyro_radps, const geometry::Vec3& accel_mps2,
                          double dt_s);
 
-  /// Appends the part of a stream that lies in [begin, end]: each sample holds until the next,
-  /// the last one until `end`, the first one from `begin` if it comes later.
+  /// Appends the part of a stream that lies in [begin, end]. Each sample holds until the next, the
+  /// last one until `end`, the first one from `begin` if it comes later.
   /// @return seconds covered; less than end - begin if samples were refused or there are none.
   double add_stream(std::span<const sensor::ImuSample> samples, Time begin, Time end);
 
-  /// Starts again without samples.
+  /// Discards all samples.
   void reset(const InertialBias& bias);
 
-  /// Integrates the kept samples again at another bias.
+  /// Integrates the stored samples again at another bias.
   void reintegrate(const InertialBias& bias);
 
-  /// True if `bias` is so far from the one integrated with that the first-order correction is not
-  /// good enough: 0.005 rad/s or 0.05 m/s^2 (algorithms.md 1.3).
+  /// True if `bias` is so far from the bias of the integration that the first-order correction is
+  /// too coarse: 0.005 rad/s or 0.05 m/s^2 (algorithms.md 1.3).
   [[nodiscard]] bool needs_reintegration(const InertialBias& bias) const;
 
   // Deltas corrected to first order for another bias.
@@ -95,7 +95,7 @@ class Preintegration {
 
   [[nodiscard]] const InertialBias& bias() const { return bias_; }
 
-  /// Of (rotation, velocity, position), from white noise; bias walk is not in it.
+  /// Of (rotation, velocity, position), from white noise; bias random walk is not included.
   [[nodiscard]] const Mat9& covariance() const { return covariance_; }
 
   [[nodiscard]] const geometry::Mat3& d_rotation_d_gyro() const { return dRg_; }

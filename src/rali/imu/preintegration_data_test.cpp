@@ -59,8 +59,8 @@ std::vector<TrajectoryPose> read_trajectory(const std::filesystem::path& file) {
   return out;
 }
 
-// Five-point central difference: the slope of the quartic through the poses around k, which a jerk
-// does not bend as it bends the three-point one.
+// Five-point central difference: the slope of the quartic through the poses around k. A jerk biases
+// the three-point slope, not this one.
 Vec3 velocity_at(const std::vector<TrajectoryPose>& poses, std::size_t k) {
   const double h = seconds_between(poses[k - 2].t, poses[k + 2].t) / 4.0;
   return (8.0 * (poses[k + 1].p - poses[k - 1].p) - (poses[k + 2].p - poses[k - 2].p)) / (12.0 * h);

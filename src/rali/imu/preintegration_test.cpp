@@ -25,7 +25,7 @@ struct Turning {
   double dt_s = 0.005;
 };
 
-// Test T1 of the design: one second of turning on the spot's circle.
+// Test T1 of the design: one second of constant turning.
 Preintegration turning(const InertialBias& bias = {}, const Turning& motion = {}) {
   Preintegration pre(bias, {1e-3, 1e-2});
   for (int k = 0; k < motion.samples; ++k) EXPECT_TRUE(pre.add(motion.w, motion.a, motion.dt_s));
@@ -109,8 +109,8 @@ TEST(Preintegration, reintegrates_to_the_same_bits_as_from_the_start) {
   EXPECT_EQ(again.covariance(), fresh.covariance());
 }
 
-// The accumulated Jacobians against integrating all samples again: what would break is any of the
-// five recursions.
+// The accumulated Jacobians against integrating all samples again: an error in any of the five
+// recursions shows.
 TEST(Preintegration, bias_jacobians_are_derivatives_of_the_integration_itself) {
   constexpr double kStep = 1e-5;
   for (int axis = 0; axis < 6; ++axis) {
@@ -167,7 +167,7 @@ Eigen::Matrix<double, 9, 24> stacked(const InertialResidual& r) {
   return J;
 }
 
-// Five points: the truncation of three would hide 1e-8 in rounding.
+// Five points: with three, truncation or rounding would hide an error of 1e-8.
 Vec9 numeric_column(const Preintegration& pre, const Arguments& at, int column) {
   constexpr double kStep = 1e-3;
   const auto r = [&](double step) {
@@ -206,7 +206,7 @@ TEST(Preintegration, residual_is_zero_at_its_own_prediction) {
   }
 }
 
-// Turning odom about the vertical or moving it must not change what the IMU says.
+// Rotating odom about the vertical or shifting it must not change the residual.
 TEST(Preintegration, residual_does_not_see_yaw_and_origin_of_odom) {
   Rng rng(5);
   const Preintegration pre = random_motion(rng, {});
@@ -255,7 +255,7 @@ TEST(Preintegration, covariance_is_symmetric_positive_and_grows) {
   EXPECT_GT(pre.covariance().ldlt().vectorD().minCoeff(), 0.0);
 }
 
-// Samples drawn with the stated noise scatter as the covariance says.
+// Samples drawn with the stated noise scatter as the covariance predicts.
 TEST(Preintegration, covariance_agrees_with_monte_carlo) {
   Rng rng(9);
   const Preintegration clean = turning();

@@ -30,7 +30,7 @@ ImuStatistics statistics(std::span<const sensor::ImuSample> samples) {
 }
 
 bool is_rest(const ImuStatistics& stats, const RestSettings& settings) {
-  // Axis by axis: maxCoeff() passes over what is not a number.
+  // Axis by axis, because maxCoeff() ignores NaN.
   return stats.samples >= 10 && (stats.gyro_sd_radps.array() < settings.gyro_sd_max_radps).all() &&
          (stats.accel_sd_mps2.array() < settings.accel_sd_max_mps2).all() &&
          stats.gyro_mean_radps.norm() < settings.gyro_mean_max_radps;

@@ -8,7 +8,7 @@
 
 namespace rali::imu {
 
-/// When inertial samples count as "standing still" (algorithms 1.4).
+/// When inertial samples count as standstill (algorithms 1.4).
 struct RestSettings {
   double window_s = 1.0;
   double gyro_sd_max_radps = 0.02;
@@ -25,7 +25,7 @@ struct RestSettings {
   }
 };
 
-/// Mean and spread of a stretch of inertial samples.
+/// Mean and standard deviation of a sequence of inertial samples.
 struct ImuStatistics {
   geometry::Vec3 gyro_mean_radps = geometry::Vec3::Zero();
   geometry::Vec3 accel_mean_mps2 = geometry::Vec3::Zero();
@@ -37,7 +37,7 @@ struct ImuStatistics {
 
 [[nodiscard]] ImuStatistics statistics(std::span<const sensor::ImuSample> samples);
 
-/// True if spread and mean are those of a sensor at rest.
+/// True if standard deviations and mean rate are within the limits of standstill.
 [[nodiscard]] bool is_rest(const ImuStatistics& stats, const RestSettings& settings);
 
 /// Rotation R_odom_body with zero yaw that turns the mean specific force to +z (T5).

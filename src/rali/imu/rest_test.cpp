@@ -67,7 +67,7 @@ TEST(Rest, is_seen_in_quiet_samples) {
 TEST(Rest, is_not_seen_when_anything_moves) {
   EXPECT_FALSE(is_rest(statistics(samples(200, 0.05, 0.05, Vec3::Zero())), {}));
   EXPECT_FALSE(is_rest(statistics(samples(200, 0.005, 0.5, Vec3::Zero())), {}));
-  // Turning steadily has no spread at all: only the mean shows it.
+  // A steady rotation has no standard deviation: only the mean reveals it.
   EXPECT_FALSE(is_rest(statistics(samples(200, 0.005, 0.05, Vec3(0.0, 0.0, 0.2))), {}));
 }
 

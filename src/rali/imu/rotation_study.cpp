@@ -13,10 +13,10 @@ namespace {
 constexpr double kGap_s = 0.1;
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr double kUnexplainedMax = 0.5;
-/// Between 1 and 57.3: a gyro off by more has another unit.
+/// Between 1 and 57.3: a gyro whose scale is off by more has another unit.
 constexpr double kScaleMax = 7.5;
 
-/// Pairs of turns seen by both sensors, bias taken out.
+/// Rotations of the same interval from both sensors.
 struct Pairs {
   std::vector<geometry::Vec3> lidar, imu;
 
@@ -43,7 +43,7 @@ Pairs pairs_at(std::span<const LidarTurn> lidar, const GyroTrack& gyro, double o
   return pairs;
 }
 
-/// Kabsch's solution of min |imu - R lidar|^2 and what the data say about it.
+/// Kabsch's solution of min |imu - R lidar|^2 and its residual statistics.
 struct Kabsch {
   geometry::Mat3 R = geometry::Mat3::Identity();
   double scale = 0.0;      ///< of imu against lidar
@@ -68,8 +68,8 @@ Kabsch kabsch(const Pairs& pairs) {
   return out;
 }
 
-/// Share of the imu's motion that the best rotation and scale leave unexplained: 0..1. Free of
-/// the unit, so that deg/s does not spoil the search for the offset.
+/// Fraction of the IMU's rotation that the best rotation and scale leave unexplained: 0..1. It does
+/// not depend on the unit, so that deg/s does not spoil the search for the offset.
 double unexplained(const Kabsch& fit) {
   const double product = fit.lidar_square * fit.imu_square;
   return product > 0.0 ? 1.0 - fit.explained * fit.explained / product : 1.0;
@@ -88,19 +88,19 @@ struct Offset {
   double scale = 0.0;  ///< of the gyro against the LiDAR
   bool at_border = false;
 
-  /// Whether the gyro may have the unit that was assumed.
+  /// Whether the gyro may have the assumed unit.
   [[nodiscard]] bool plausible() const {
     return unexplained <= kUnexplainedMax && scale > 1.0 / kScaleMax && scale < kScaleMax;
   }
 };
 
-/// Unexplained share over the offset, from -offset_max_s to offset_max_s.
-struct ShareCurve {
-  std::vector<double> share;
+/// Unexplained fraction over the offset, from -offset_max_s to offset_max_s.
+struct FractionCurve {
+  std::vector<double> fraction;
   std::size_t pairs = 0;
 };
 
-/// The gyro's turns for each offset of the curve, for each of the LiDAR's.
+/// The gyro's rotation for each offset of the curve and each LiDAR rotation.
 using TurnTable = std::vector<std::vector<std::optional<geometry::Vec3>>>;
 
 TurnTable turn_table(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
@@ -118,11 +118,11 @@ TurnTable turn_table(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
   return out;
 }
 
-/// @param is_used of which of the LiDAR's turns the curve is made, by their index.
+/// @param is_used which of the LiDAR's rotations enter the curve, by their index.
 template <class Used>
-ShareCurve curve_of(std::span<const LidarTurn> lidar, const TurnTable& gyro, const Used& is_used,
-                    const RotationStudyLimits& limits) {
-  ShareCurve out;
+FractionCurve curve_of(std::span<const LidarTurn> lidar, const TurnTable& gyro, const Used& is_used,
+                       const RotationStudyLimits& limits) {
+  FractionCurve out;
   for (const std::vector<std::optional<geometry::Vec3>>& turns : gyro) {
     Pairs p;
     for (std::size_t i = 0; i < lidar.size(); ++i) {
@@ -132,7 +132,7 @@ ShareCurve curve_of(std::span<const LidarTurn> lidar, const TurnTable& gyro, con
     }
     p.subtract_means();
     const bool enough = p.lidar.size() >= limits.pairs_min;
-    out.share.push_back(enough ? unexplained(kabsch(p)) : 1.0);
+    out.fraction.push_back(enough ? unexplained(kabsch(p)) : 1.0);
     out.pairs = std::max(out.pairs, p.lidar.size());
   }
   return out;
@@ -141,33 +141,33 @@ ShareCurve curve_of(std::span<const LidarTurn> lidar, const TurnTable& gyro, con
 /// The curve's minimum.
 struct Tip {
   double offset_s = 0.0;
-  double share = 1.0;
-  double curvature = 0.0;  ///< not above 0: no tip
+  double fraction = 1.0;
+  double curvature = 0.0;  ///< 0 or less: no minimum
   bool at_border = false;
 };
 
-Tip tip_of(const ShareCurve& curve, const RotationStudyLimits& limits) {
-  const std::vector<double>& share = curve.share;
-  const int half = (static_cast<int>(share.size()) - 1) / 2;
-  const auto best = std::min_element(share.begin(), share.end());
-  const auto k = static_cast<int>(best - share.begin());
+Tip tip_of(const FractionCurve& curve, const RotationStudyLimits& limits) {
+  const std::vector<double>& fraction = curve.fraction;
+  const int half = (static_cast<int>(fraction.size()) - 1) / 2;
+  const auto best = std::min_element(fraction.begin(), fraction.end());
+  const auto k = static_cast<int>(best - fraction.begin());
   Tip out;
   out.offset_s = (k - half) * limits.offset_step_s;
-  out.share = *best;
+  out.fraction = *best;
   out.at_border = k == 0 || k == 2 * half;
   if (out.at_border) return out;
-  // A parabola over +-4 steps: interpolation makes the curve's tip itself uneven.
+  // A parabola over +-4 steps, because interpolation makes the curve uneven at its minimum.
   const int reach = std::min({4, k, 2 * half - k});
-  const double left = share[static_cast<std::size_t>(k - reach)];
-  const double right = share[static_cast<std::size_t>(k + reach)];
+  const double left = fraction[static_cast<std::size_t>(k - reach)];
+  const double right = fraction[static_cast<std::size_t>(k + reach)];
   const double width_s = reach * limits.offset_step_s;
   out.curvature = (left + right - 2.0 * *best) / (width_s * width_s);
   if (out.curvature > 0.0) out.offset_s += -0.5 * (right - left) / width_s / out.curvature;
   return out;
 }
 
-/// Sigma of the offset by leaving out one part of the turning after the other (jackknife): LiDAR
-/// odometry that is late in one turn tells an offset that no other turn confirms.
+/// Sigma of the offset by a jackknife over parts of the rotation. If LiDAR odometry lags in a
+/// single turn, that turn yields an offset that no other turn confirms.
 double jackknife_sigma_s(std::span<const LidarTurn> lidar, const TurnTable& gyro,
                          const RotationStudyLimits& limits) {
   constexpr int kParts = 5;
@@ -190,38 +190,38 @@ double jackknife_sigma_s(std::span<const LidarTurn> lidar, const TurnTable& gyro
   return std::sqrt((kParts - 1.0) / kParts * squares_s2);
 }
 
-/// Minimum of the unexplained share over the offset, and its uncertainty by noise.
-/// @param alike neighbouring turns that share most of their data and count as one
+/// Minimum of the unexplained fraction over the offset, and its uncertainty from noise.
+/// @param alike neighbouring rotations that have most of their data in common and count as one
 Offset search_offset(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
                      const TurnTable& table, std::size_t alike, const RotationStudyLimits& limits) {
-  const ShareCurve curve = curve_of(
+  const FractionCurve curve = curve_of(
       lidar, table, [](std::size_t) { return true; }, limits);
   const Tip tip = tip_of(curve, limits);
   Offset out;
   out.offset_s = tip.offset_s;
   out.at_border = tip.at_border;
   out.sigma_s = limits.offset_max_s;
-  out.unexplained = tip.share;
+  out.unexplained = tip.fraction;
   out.scale = kabsch(pairs_at(lidar, gyro, tip.offset_s)).scale;
   if (tip.at_border || !(tip.curvature > 0.0)) return out;
   const double freedom =
       std::max(1.0, 3.0 * static_cast<double>(curve.pairs) / static_cast<double>(alike) - 7.0);
-  out.sigma_s = std::min(out.sigma_s, std::sqrt(2.0 * tip.share / freedom / tip.curvature));
+  out.sigma_s = std::min(out.sigma_s, std::sqrt(2.0 * tip.fraction / freedom / tip.curvature));
   return out;
 }
 
-/// Turns over `count` sweeps, averaged over as many: what is left of the motion below about 1 Hz.
+/// Rotations over `count` scans, averaged over as many: the motion below about 1 Hz.
 struct SlowTurns {
   std::vector<LidarTurn> turns;
   std::size_t count = 1;
-  double sweep_s = 0.1;  ///< median period
+  double scan_s = 0.1;  ///< median period
 };
 
 Time middle(Time a, Time b) { return a + Duration{(b - a).ns / 2}; }
 
-/// Adds what a stretch of sweeps without a break tells.
+/// Adds the slow rotations of a sequence of scans without gaps.
 void add_slow_turns(std::span<const LidarTurn> stretch, SlowTurns& out) {
-  // A sweep shows the mean orientation while it was taken: that of its middle.
+  // A scan measures the mean orientation over its duration: that of its middle.
   std::vector<Time> t;
   std::vector<geometry::Mat3> R_middle;
   geometry::Mat3 R = geometry::Mat3::Identity();
@@ -250,7 +250,7 @@ SlowTurns slow_turns(const std::vector<LidarTurn>& turns, double slow_s) {
   const auto median = periods_s.begin() + static_cast<std::ptrdiff_t>(periods_s.size() / 2);
   std::nth_element(periods_s.begin(), median, periods_s.end());
   if (!(*median > 0.0)) return out;
-  out.sweep_s = *median;
+  out.scan_s = *median;
   out.count = static_cast<std::size_t>(std::clamp(std::round(slow_s / *median), 1.0, 1000.0));
   const std::span<const LidarTurn> all(turns);
   for (std::size_t begin = 0, end = 1; begin < all.size(); begin = end, end = begin + 1) {
@@ -260,7 +260,7 @@ SlowTurns slow_turns(const std::vector<LidarTurn>& turns, double slow_s) {
   return out;
 }
 
-/// Samples of the mean rate over `width_s` around each; none where the window is not filled.
+/// Samples of the mean rate over `width_s` around each sample; none if the window is incomplete.
 std::vector<sensor::ImuSample> mean_rates(const GyroTrack& gyro, double width_s,
                                           std::span<const sensor::ImuSample> at) {
   std::vector<sensor::ImuSample> out;
@@ -272,11 +272,12 @@ std::vector<sensor::ImuSample> mean_rates(const GyroTrack& gyro, double width_s,
   return out;
 }
 
-/// The gyro as slow as the LiDAR's slow turns: over a sweep, then over as many sweeps.
+/// Filters the gyro like the LiDAR's slow rotations: over a scan, then over the same number of
+/// scans.
 GyroTrack slow_gyro(std::span<const sensor::ImuSample> imu, double scale, const SlowTurns& slow) {
-  const auto per_sweep = mean_rates(GyroTrack(imu, scale), slow.sweep_s, imu);
-  const double width_s = static_cast<double>(slow.count) * slow.sweep_s;
-  return GyroTrack(mean_rates(GyroTrack(per_sweep), width_s, per_sweep));
+  const auto per_scan = mean_rates(GyroTrack(imu, scale), slow.scan_s, imu);
+  const double width_s = static_cast<double>(slow.count) * slow.scan_s;
+  return GyroTrack(mean_rates(GyroTrack(per_scan), width_s, per_scan));
 }
 
 double misfit(const Pairs& pairs, const geometry::Mat3& R) {
@@ -301,8 +302,8 @@ GyroTrack::GyroTrack(std::span<const sensor::ImuSample> samples, double scale) {
     Knot& last = knots_.back();
     const double dt_s = seconds_between(last.t, sample.t);
     if (!(dt_s > 0.0)) continue;
-    // The mean of both ends: a sample's own rate held until the next one would shift the gyro by
-    // half a sample, 2.5 ms at 200 Hz, which is what is being measured here.
+    // The mean of both ends: holding a sample's rate until the next one would shift the gyro by
+    // half a sample, 2.5 ms at 200 Hz, which is the size of the offset to be measured.
     last.rate_radps = 0.5 * (last.rate_radps + rate);
     const geometry::Mat3 R = last.R * geometry::so3_exp(last.rate_radps * dt_s);
     knots_.push_back({sample.t, R, rate, last.gaps_before + (dt_s > kGap_s ? 1 : 0)});
@@ -348,7 +349,7 @@ RotationStudy study_rotations(std::span<const LidarTurn> lidar,
     const auto n = static_cast<double>(turns.size());
     out.turn_rate_rms = std::sqrt(square / n) / (duration_s / n);
   }
-  out.second_axis_share = second_axis(turns);
+  out.second_axis_fraction = second_axis(turns);
   if (out.pairs < limits.pairs_min || out.turned_rad < limits.turned_min_rad) return out;
 
   const SlowTurns slow = slow_turns(turns, limits.slow_s);
@@ -359,13 +360,13 @@ RotationStudy study_rotations(std::span<const LidarTurn> lidar,
   const TurnTable table_degps = turn_table(slow.turns, slow_degps, limits);
   const Offset in_radps = search_offset(slow.turns, slow_radps, table_radps, slow.count, limits);
   const Offset in_degps = search_offset(slow.turns, slow_degps, table_degps, slow.count, limits);
-  // Small turns fit in either unit, but for the scale; large ones wrap around in the wrong one.
+  // Small rotations fit either unit, except for the scale; large ones wrap around in the wrong one.
   const bool degrees = in_degps.plausible() &&
                        (!in_radps.plausible() || in_degps.unexplained < 0.5 * in_radps.unexplained);
   const GyroTrack gyro(imu, degrees ? kRadPerDeg : 1.0);
   const Offset& offset = degrees ? in_degps : in_radps;
   out.offset_at_border = offset.at_border;
-  // Where less than half is explained, minimum and scale are those of noise.
+  // If less than half is explained, minimum and scale are determined by noise.
   if (offset.unexplained > kUnexplainedMax) return out;
   out.time_offset_sigma_s = offset.sigma_s;
   if (!offset.at_border && offset.sigma_s <= limits.offset_sigma_max_s) {

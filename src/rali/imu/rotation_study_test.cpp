@@ -56,7 +56,7 @@ TEST(RotationStudy, an_offset_of_zero_is_zero) {
   EXPECT_NEAR(*study.time_offset_s, 0.0, 0.002);
 }
 
-// LiDAR odometry that hardly sees anything for three seconds of strong turning follows late.
+// A nearly degenerate LiDAR odometry lags for three seconds of strong turning.
 TEST(RotationStudy, one_turn_that_the_lidar_sees_late_is_no_offset) {
   TurningPair pair;
   pair.duration_s = 40.0;
@@ -96,7 +96,7 @@ TEST(RotationStudy, finds_the_rotation_between_the_sensors) {
   const double error =
       geometry::so3_log(study.best.R_imu_lidar.transpose() * pair.R_imu_lidar).norm();
   EXPECT_LT(error, 1.0 * kDeg);
-  EXPECT_GT(study.second_axis_share, 0.2);
+  EXPECT_GT(study.second_axis_fraction, 0.2);
   EXPECT_LT(study.best.misfit, 0.1);
   const double inverse = misfit_of(pair.R_imu_lidar.transpose(), pair.lidar(), pair.imu(), study);
   EXPECT_GT(inverse, 5.0 * study.best.misfit);
@@ -129,7 +129,7 @@ TEST(RotationStudy, rubbish_gives_no_answer_and_no_crash) {
   EXPECT_FALSE(study_rotations(pair.lidar(), imu).time_offset_s.has_value());
 }
 
-/// A pitch of 7 Hz that the LiDAR sees 40 ms late, as a sweep does that looks forward early on.
+/// A pitch of 7 Hz that the LiDAR reports 40 ms late, as if a scan measured the front early.
 TEST(RotationStudy, shaking_that_the_lidar_sees_late_is_no_time_offset) {
   TurningPair pair;
   const auto shake = [](double t_s) {

@@ -1,7 +1,7 @@
 #pragma once
 
-// A hand-made motion for tests of this room and above: the same turning seen by a gyro at 200 Hz and by
-// a LiDAR at 10 Hz, each with its faults.
+// A synthetic motion for tests of imu and the layers above: the same rotation measured by a gyro at
+// 200 Hz and by a LiDAR at 10 Hz, each with its errors.
 
 #include <cmath>
 #include <vector>
@@ -13,13 +13,13 @@ namespace rali::imu::test {
 
 struct TurningPair {
   double duration_s = 60.0;
-  double rate_radps = 0.6;    ///< size of the yaw rate
-  double tilt_radps = 0.25;   ///< size of the roll and pitch rates; follows rate_radps = 0
-  double lidar_late_s = 0.0;  ///< LiDAR stamps are later than the truth by this
+  double rate_radps = 0.6;    ///< amplitude of the yaw rate
+  double tilt_radps = 0.25;   ///< amplitude of the roll and pitch rates; 0 if rate_radps = 0
+  double lidar_late_s = 0.0;  ///< LiDAR stamps are later than the true time by this
   double gyro_scale = 1.0;
   geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();
   geometry::Mat3 R_imu_lidar = geometry::Mat3::Identity();
-  bool mirrored_y = false;  ///< the LiDAR driver's y points right
+  bool mirrored_y = false;  ///< y of the LiDAR driver points right
 
   /// True rate in the IMU frame.
   [[nodiscard]] geometry::Vec3 rate(double t_s) const {
@@ -52,7 +52,7 @@ struct TurningPair {
       }
       const geometry::Vec3 noise{rng.normal(), rng.normal(), rng.normal()};
       geometry::Vec3 turn = R_imu_lidar.transpose() * geometry::so3_log(R) + 0.001 * noise;
-      // A rotation vector is a pseudo-vector: mirroring y turns the signs of x and z.
+      // A rotation vector is a pseudo-vector: mirroring y flips the signs of x and z.
       if (mirrored_y) turn = geometry::Vec3{-turn.x(), turn.y(), -turn.z()};
       turns.push_back(
           {Time::from_s(begin + lidar_late_s), Time::from_s(begin + 0.1 + lidar_late_s), turn});

@@ -10,18 +10,18 @@
 
 namespace rali::inspect {
 
-/// What the points of all sweeps look like.
+/// Statistics of the points of all scans.
 class CloudStudy {
  public:
-  /// @param points as many as the message holds, usable or not
+  /// @param points all points of the message, usable or not
   void add(const sensor::LidarScan& scan, std::size_t points);
 
-  /// D01 points per sweep, D02 and D03 as decided, D05 points without value, D06 rings.
+  /// D01 points per scan, D02 and D03 as decided, D05 points without value, D06 rings.
   void report(const wire::CloudFormat& format, const std::string& topic, FindingList& out) const;
 
-  [[nodiscard]] double points_per_sweep() const;
+  [[nodiscard]] double points_per_scan() const;
 
-  [[nodiscard]] std::uint64_t sweeps() const { return sweeps_; }
+  [[nodiscard]] std::uint64_t scans() const { return scans_; }
 
  private:
   struct Ring {
@@ -37,10 +37,10 @@ class CloudStudy {
   void report_rings(const wire::CloudFormat& format, const std::string& topic,
                     FindingList& out) const;
 
-  std::uint64_t sweeps_ = 0, points_ = 0, usable_ = 0, nan_ = 0, out_of_range_ = 0, empty_ = 0;
-  std::uint64_t untimed_sweeps_ = 0;
-  std::uint64_t odd_time_sweeps_ = 0;  ///< all points at one time, or at times of no sense
-  std::vector<float> nan_shares_;      ///< per sweep
+  std::uint64_t scans_ = 0, points_ = 0, usable_ = 0, nan_ = 0, out_of_range_ = 0, empty_ = 0;
+  std::uint64_t untimed_scans_ = 0;
+  std::uint64_t odd_time_scans_ = 0;  ///< all points at one time, or at invalid times
+  std::vector<float> nan_fractions_;  ///< per scan
   double span_sum_s_ = 0.0;
   std::vector<Ring> rings_;
 };

@@ -18,12 +18,13 @@
 namespace rali::inspect {
 namespace {
 
-/// Bytes of results per usable point: keyframes (one sweep in three, 18 bytes), map and copies.
+/// Bytes of results per usable point: keyframes (one scan in three, 18 bytes), map and copies.
 constexpr double kBytesPerPoint = 12.0;
 constexpr double kGib = 1024.0 * 1024.0 * 1024.0;
 
-void report_disk(const DoctorOptions& options, double points, double share_read, FindingList& out) {
-  const double needed = points * kBytesPerPoint / share_read;
+void report_disk(const DoctorOptions& options, double points, double fraction_read,
+                 FindingList& out) {
+  const double needed = points * kBytesPerPoint / fraction_read;
   double free_bytes = options.disk_free_bytes;
   if (free_bytes < 0.0) {
     std::error_code error;
@@ -61,7 +62,7 @@ Status read_serial_log(const drive::SerialLog& log, const RangeInputs& inputs, R
   return {};
 }
 
-/// Findings of D08 and others come from several places: errors first, then by number.
+/// Findings of one number come from several functions: errors first, then by number.
 void sort_findings(FindingList& findings) {
   std::stable_sort(findings.begin(), findings.end(), [](const Finding& a, const Finding& b) {
     if (a.severity != b.severity) return a.severity > b.severity;
@@ -90,7 +91,7 @@ Result<DoctorReport> examine(const DoctorOptions& options, Executor& executor, R
   report.seconds = end->data_s;
   examination.finish(report);
   report.t_end = report.t_end + Duration::from_s(end->rest_s);
-  report_disk(options, examination.points(), end->share_read, report.findings);
+  report_disk(options, examination.points(), end->fraction_read, report.findings);
   for (Finding& finding : report.findings) finding.vehicle = options.vehicle;
   sort_findings(report.findings);
   return report;

@@ -19,7 +19,7 @@ std::string_view point_time_name(wire::PointTime time) {
   return wire::kPointTimeNames[static_cast<std::size_t>(time)];
 }
 
-/// A YAML string that no name in a file can break out of.
+/// A quoted YAML string; escapes names from a file.
 std::string yaml_string(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
@@ -95,7 +95,7 @@ std::string lidar_yaml(const DoctorReport& r) {
   const imu::RotationStudy& s = r.rotations;
   if (r.T_body_lidar) {
     out += fmt::format("      T_body_lidar: {}\n", pose_yaml(*r.T_body_lidar));
-  } else if (s.gyro_ratio != 0.0 && s.second_axis_share > 0.1 && s.best.misfit < 0.1) {
+  } else if (s.gyro_ratio != 0.0 && s.second_axis_fraction > 0.1 && s.best.misfit < 0.1) {
     out += "      # rotation from the data; the lever arm is not observable: measure it\n";
     out += fmt::format("      T_body_lidar: {}\n",
                        pose_yaml({s.best.R_imu_lidar, geometry::Vec3::Zero()}));
@@ -115,7 +115,7 @@ std::string imu_yaml(const DoctorReport& r) {
   return out;
 }
 
-/// The ranges of the recordings. Only a fleet has them.
+/// The ranges of the recordings; only for a fleet.
 std::string ranges_yaml(const RangeInputs& inputs, const RangeStudy& study) {
   std::string sources;
   for (const std::string& file : inputs.files) {
@@ -126,7 +126,7 @@ std::string ranges_yaml(const RangeInputs& inputs, const RangeStudy& study) {
     for (const auto& [number, vehicle] : radios.own) {
       ids.push_back(fmt::format("{}: {}", number, vehicle));
     }
-    for (const std::int64_t number : radios.heard) {
+    for (const std::int64_t number : radios.received) {
       if (radios.own.contains(number)) continue;
       sources += fmt::format(
           "    # radio {} is in no recording: add it to ids as NUMBER: vehicle\n", number);
@@ -195,7 +195,7 @@ std::string doctor_json(const DoctorResult& result) {
     for (const Finding& f : r.findings) j["findings"].push_back(finding_json(f, r.path));
   }
   for (const Finding& f : result.ranges) j["findings"].push_back(finding_json(f, f.topic));
-  // Names in a file may hold any bytes; JSON may not.
+  // Names in a file may hold any bytes; JSON must be UTF-8.
   return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
@@ -203,10 +203,10 @@ std::string doctor_fleet_yaml(const std::vector<DoctorReport>& reports, const Ra
                               const RangeStudy& ranges) {
   std::string out = "schema: 1\nvehicles:\n";
   const std::string between = ranges_yaml(inputs, ranges);
-  std::vector<std::string> told;
+  std::vector<std::string> reported;
   for (const DoctorReport& r : reports) {
-    if (std::find(told.begin(), told.end(), r.vehicle) != told.end()) continue;
-    told.push_back(r.vehicle);
+    if (std::find(reported.begin(), reported.end(), r.vehicle) != reported.end()) continue;
+    reported.push_back(r.vehicle);
     std::vector<std::string> paths;
     for (const DoctorReport& part : reports) {
       if (part.vehicle == r.vehicle) paths.push_back(yaml_string(part.path));

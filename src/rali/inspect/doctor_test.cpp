@@ -17,7 +17,7 @@ namespace {
 
 using drive::test::HallRecording;
 
-/// A bag that goes when the test does.
+/// A bag file that is deleted at the end of the test.
 class BagFile {
  public:
   BagFile(const HallRecording& recording, const std::string& name)
@@ -81,8 +81,8 @@ TEST(Doctor, finds_degrees_g_a_gap_nan_and_a_second_lidar_at_once) {
   recording.gyro_factor = 57.29578;
   recording.accel_factor = 1.0 / 9.80665;
   recording.gap_from = 60;
-  recording.gap_sweeps = 4;
-  recording.nan_share = 0.6;
+  recording.gap_scans = 4;
+  recording.nan_fraction = 0.6;
   recording.second_cloud_topic = "/points_rear";
   const DoctorReport report = examined(recording, "doctor_faults.bag");
   const std::string text = doctor_text(report);
@@ -132,7 +132,7 @@ TEST(Doctor, json_is_one_document_and_yaml_names_what_was_found) {
 TEST(Doctor, findings_come_worst_first) {
   HallRecording recording;
   recording.duration_s = 1.0;
-  recording.nan_share = 0.9;
+  recording.nan_fraction = 0.9;
   const DoctorReport report = examined(recording, "doctor_sorted.bag");
   for (std::size_t i = 1; i < report.findings.size(); ++i) {
     EXPECT_GE(report.findings[i - 1].severity, report.findings[i].severity);
@@ -151,8 +151,8 @@ TEST(Doctor, a_bag_cut_at_any_place_is_examined_or_refused) {
   for (int part = 9; part >= 0; --part) {
     std::filesystem::resize_file(bag.path(), size * static_cast<std::uintmax_t>(part) / 10);
     const auto report = examine(options, executor, ranges);
-    const bool told = report ? !report->findings.empty() : !report.error().what.empty();
-    EXPECT_TRUE(told) << part;
+    const bool reported = report ? !report->findings.empty() : !report.error().what.empty();
+    EXPECT_TRUE(reported) << part;
   }
 }
 

@@ -18,8 +18,8 @@ namespace {
 constexpr std::size_t kFirstClouds = 10;
 constexpr std::size_t kImuMax = 4'000'000;
 constexpr std::size_t kStampsMax = 4'000'000;
-/// Fewer sweeps say nothing about how well LiDAR odometry does.
-constexpr std::uint64_t kSweepsMin = 20;
+/// Fewer scans do not suffice to evaluate LiDAR odometry.
+constexpr std::uint64_t kScansMin = 20;
 
 }  // namespace
 
@@ -82,13 +82,13 @@ void Examination::judge_rates(const DoctorReport& report, FindingList& out) cons
     report_rate(imu, "D10", "inertial samples", report.imu_topic, out);
     report_stamps(imu, report.imu_topic, out);
     report_clock_split(lidar, imu, report.imu_topic, out);
-    if (imu.batch_share > 0.3) {
+    if (imu.batch_fraction > 0.3) {
       out.push_back(make_finding(
           "D10", Severity::kInfo, report.imu_topic,
           {fmt::format("{:.0f} % of the samples arrive in batches; stamps are used, not arrivals",
-                       100.0 * imu.batch_share),
+                       100.0 * imu.batch_fraction),
            "", ""},
-          {imu.batch_share, 0.3}));
+          {imu.batch_fraction, 0.3}));
     }
   }
   if (undecodable_ == 0) return;
@@ -136,18 +136,18 @@ void Examination::finish(DoctorReport& report) {
   clouds_.report(format_.value_or(wire::CloudFormat{}), report.lidar_topic, out);
   report.format = format_;
   if (!cloud_stamps_.empty()) {
-    report.t_begin = cloud_stamps_.front().header;
+    report.t_start = cloud_stamps_.front().header;
     report.t_end = cloud_stamps_.back().header;
   }
   report.track = turning_.track();
-  if (turning_.sweeps() > kSweepsMin && turning_.lost() * 10 > turning_.sweeps()) {
-    const double share =
-        static_cast<double>(turning_.lost()) / static_cast<double>(turning_.sweeps());
+  if (turning_.scans() > kScansMin && turning_.lost() * 10 > turning_.scans()) {
+    const double fraction =
+        static_cast<double>(turning_.lost()) / static_cast<double>(turning_.scans());
     out.push_back(make_finding(
         "D18", Severity::kWarning, report.lidar_topic,
-        {fmt::format("LiDAR alone loses the pose in {:.0f} % of the scans", 100.0 * share),
+        {fmt::format("LiDAR alone loses the pose in {:.0f} % of the scans", 100.0 * fraction),
          "inertial data and ranges must constrain the pose there", ""},
-        {share, 0.1}));
+        {fraction, 0.1}));
   }
   if (!imu_.empty()) {
     judge_rotations(report, out);

@@ -13,26 +13,26 @@
 
 namespace rali::inspect {
 
-/// Collects what a recording holds and judges it at the end. Bounded: stamps and inertial samples
-/// of the seconds looked at are kept, clouds are not (but the first few until their format is
-/// decided).
+/// Collects statistics of a recording and evaluates them at the end. Memory is bounded: stamps and
+/// inertial samples of the examined seconds are kept, clouds are not (except the first few until
+/// their format is decided).
 class Examination {
  public:
   Examination(const DoctorOptions& options, Executor& executor);
 
-  /// One cloud of the LiDAR's topic; `message` owns what the view points to.
+  /// One cloud of the LiDAR's topic; `message` owns the data of the view.
   void add_cloud(std::vector<std::byte> message, wire::CloudView view, Time t_record);
   void add_undecodable(const std::string& topic, const std::string& reason);
   void add_imu(const sensor::ImuSample& raw, Time t_record);
 
   [[nodiscard]] std::size_t clouds() const { return cloud_stamps_.size(); }
 
-  /// Usable points of all sweeps looked at.
+  /// Usable points of all examined scans.
   [[nodiscard]] double points() const {
-    return clouds_.points_per_sweep() * static_cast<double>(clouds_.sweeps());
+    return clouds_.points_per_scan() * static_cast<double>(clouds_.scans());
   }
 
-  /// Judges all; fills the report but for what the caller knows (path, topics, file damage).
+  /// Evaluates everything; fills the report except the caller's fields (path, topics, file damage).
   void finish(DoctorReport& report);
 
  private:

@@ -17,14 +17,15 @@ namespace {
 constexpr double kLatencyMax_s = 0.3, kLatencyStep_s = 0.02;
 constexpr double kLatencyLimit_s = 0.02, kSigmaMax_s = 0.03;
 constexpr std::size_t kRangesMin = 40;
-constexpr double kDriven_m = 3.0;    ///< extent of a track that shows motion
-constexpr double kStanding_m = 0.3;  ///< extent of a track that is at rest: LiDAR odometry drifts
+constexpr double kDriven_m = 3.0;    ///< minimum extent of a moving track
+constexpr double kStanding_m = 0.3;  ///< maximum extent at standstill: LiDAR odometry drifts
 constexpr double kTrackGap_s = 0.5;
-constexpr double kRangeScale_m = 0.15;  ///< beyond it a range counts less and less
+constexpr double kRangeScale_m = 0.15;  ///< residuals beyond it are increasingly downweighted
 constexpr double kBiasSigma_m = 0.5;
-constexpr double kHeightSigma_m = 3.0;  ///< a level path does not show on which side the peer is
+constexpr double kHeightSigma_m = 3.0;  ///< a level trajectory does not determine the sign of the
+                                        ///< peer's height
 constexpr double kOverlapMin_s = 10.0;
-constexpr double kBootClock_s = 1e8;  ///< no clock that counts from 1970 is below
+constexpr double kBootClock_s = 1e8;  ///< all clocks that count from 1970 are above
 
 using Track = std::span<const drive::TrackPoint>;
 using Ranges = std::span<const std::pair<Time, double>>;
@@ -39,7 +40,7 @@ double extent_m(Track track) {
   return (high - low).norm();
 }
 
-/// The piece without a loss that takes longest.
+/// The segment between gaps with the longest duration.
 Track longest_piece(Track track) {
   Track best;
   for (std::size_t begin = 0; begin < track.size();) {
@@ -55,7 +56,7 @@ Track longest_piece(Track track) {
   return best;
 }
 
-/// A range and the way to where the track was at its time.
+/// A range and how to interpolate the track position at its time.
 struct Shot {
   Time t;
   double range_m = 0.0;
@@ -74,7 +75,7 @@ std::optional<geometry::Vec3> position_at(Track track, Time t) {
 
 using Vec4 = Eigen::Vector4d;
 
-/// The peer's place and the bias of the ranges, with the cost that is left.
+/// Estimates the peer's position and the range bias, with the residual cost.
 class PeerFit {
  public:
   PeerFit(Track track, const std::vector<Shot>& shots, double latency_s) {
@@ -84,7 +85,7 @@ class PeerFit {
     }
   }
 
-  /// Linear start, then reweighted Gauss-Newton. False where the samples are too few.
+  /// Linear start, then reweighted Gauss-Newton. False if there are too few samples.
   bool solve() {
     if (samples_.size() < kRangesMin) return false;
     start();
@@ -128,7 +129,7 @@ class PeerFit {
     return 1.0 / (1.0 + e * e);
   }
 
-  /// r^2 - |p|^2 = -2 p a + (|a|^2), linear in the place a and its square.
+  /// r^2 - |p|^2 = -2 p a + (|a|^2), linear in the peer position a and its squared norm.
   void start() {
     Eigen::Matrix4d H = Eigen::Matrix4d::Zero();
     Vec4 b = Vec4::Zero();
@@ -165,10 +166,10 @@ class PeerFit {
   }
 
   std::vector<Sample> samples_;
-  Vec4 x_ = Vec4::Zero();  ///< place [m], bias [m]
+  Vec4 x_ = Vec4::Zero();  ///< position [m], bias [m]
 };
 
-/// Ranges whose time lies within the track for every latency that is tried.
+/// Ranges whose time is within the track for all tested latencies.
 std::vector<Shot> shots_within(Track track, Ranges ranges) {
   const Duration margin = Duration::from_s(kLatencyMax_s + kLatencyStep_s);
   std::vector<Shot> shots;
@@ -179,24 +180,24 @@ std::vector<Shot> shots_within(Track track, Ranges ranges) {
   return shots;
 }
 
-/// One vehicle's recordings, joined.
+/// One vehicle's recordings, combined.
 struct Vehicle {
   std::string name;
-  Time t_begin, t_end;
+  Time t_start, t_end;
   Track track;
 };
 
 std::vector<Vehicle> vehicles_of(const std::vector<DoctorReport>& recordings) {
   std::vector<Vehicle> vehicles;
   for (const DoctorReport& r : recordings) {
-    if (r.t_begin == r.t_end) continue;
+    if (r.t_start == r.t_end) continue;
     const auto known = std::find_if(vehicles.begin(), vehicles.end(),
                                     [&](const Vehicle& v) { return v.name == r.vehicle; });
     if (known == vehicles.end()) {
-      vehicles.push_back({r.vehicle, r.t_begin, r.t_end, r.track});
+      vehicles.push_back({r.vehicle, r.t_start, r.t_end, r.track});
       continue;
     }
-    known->t_begin = std::min(known->t_begin, r.t_begin);
+    known->t_start = std::min(known->t_start, r.t_start);
     known->t_end = std::max(known->t_end, r.t_end);
     if (extent_m(known->track) < extent_m(r.track)) known->track = r.track;
   }
@@ -246,28 +247,28 @@ void report_stamps(const RangeStudy& study, FindingList& out) {
 }
 
 Finding overlap_finding(const Vehicle& first, const Vehicle& v, bool separate) {
-  const double late_s = seconds_between(first.t_begin, v.t_begin);
+  const double late_s = seconds_between(first.t_start, v.t_start);
   const double together_s =
-      seconds_between(std::max(first.t_begin, v.t_begin), std::min(first.t_end, v.t_end));
+      seconds_between(std::max(first.t_start, v.t_start), std::min(first.t_end, v.t_end));
   const std::string starts = fmt::format("{} starts {:.1f} s {} {}", v.name, std::abs(late_s),
                                          late_s < 0.0 ? "before" : "after", first.name);
   if (separate) {
     return make_finding("D17", Severity::kInfo, "", {starts + "; clock: separate", "", ""},
                         {late_s, 0.0});
   }
-  const bool boot = first.t_begin.s() < kBootClock_s || v.t_begin.s() < kBootClock_s;
+  const bool boot = first.t_start.s() < kBootClock_s || v.t_start.s() < kBootClock_s;
   if (boot && std::abs(late_s) > kBootClock_s) {
     return make_finding(
         "D17", Severity::kError, "",
         {fmt::format(
              "clocks of {} and {} have different origins: stamps begin at {:.0f} s and {:.0f} s",
-             first.name, v.name, first.t_begin.s(), v.t_begin.s()),
+             first.name, v.name, first.t_start.s(), v.t_start.s()),
          "ranges between them fit no pose", "Synchronise the computers' clocks before recording."},
         {late_s, 0.0});
   }
-  // Of short recordings, half is enough.
+  // For short recordings, half of the duration is sufficient.
   const double shorter_s =
-      std::min(seconds_between(first.t_begin, first.t_end), seconds_between(v.t_begin, v.t_end));
+      std::min(seconds_between(first.t_start, first.t_end), seconds_between(v.t_start, v.t_end));
   const double limit_s = std::min(kOverlapMin_s, 0.5 * shorter_s);
   if (together_s >= limit_s) {
     return make_finding("D17", Severity::kInfo, "",
@@ -309,8 +310,8 @@ std::optional<LatencyByMotion> latency_by_motion(Track track, Ranges ranges) {
   if (!fit.solve()) return std::nullopt;
   out.residual_m = fit.rms_m();
   out.ranges = fit.size();
-  // Cost per range is log(1 + e^2), near e^2 for what fits: its bend over n ranges is the
-  // information once the scale is that of the residuals.
+  // The cost per range is log(1 + e^2), near e^2 for inliers. Its curvature over n ranges gives the
+  // information once the scale equals that of the residuals.
   const double scale = out.residual_m / kRangeScale_m;
   const double information = 0.5 * static_cast<double>(out.ranges) * bend /
                              (kLatencyStep_s * kLatencyStep_s) / (scale * scale);

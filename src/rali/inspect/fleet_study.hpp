@@ -10,26 +10,27 @@
 
 namespace rali::inspect {
 
-/// Age of ranges at their stamps, as the motion of one vehicle past a standing one shows it.
+/// Latency of range stamps, estimated from the motion of one vehicle past another at standstill.
 struct LatencyByMotion {
   double latency_s = 0.0, sigma_s = 0.0;
-  double residual_m = 0.0;  ///< root mean square of what is left
+  double residual_m = 0.0;  ///< root mean square after the fit
   std::size_t ranges = 0;
 };
 
-/// Compares ranges with the distances between a track and a point at rest, which is estimated with
-/// them, for latencies within 0.3 s. The track is that of the LiDAR: an antenna beside it changes
-/// the distance by its lever only where the vehicle turns.
-/// Empty where the motion does not show it: too few ranges, too short a way, or a sigma above 30
-/// ms.
+/// Fits ranges to the distances between a track and a stationary point, which is estimated too, for
+/// latencies within 0.3 s. The track is that of the LiDAR: the antenna's lever arm changes the
+/// distance only where the vehicle turns.
+/// Empty where the latency is not observable: too few ranges, too short a trajectory, or a sigma
+/// above 30 ms.
 [[nodiscard]] std::optional<LatencyByMotion> latency_by_motion(
     std::span<const drive::TrackPoint> track, std::span<const std::pair<Time, double>> ranges);
 
-/// D16: latency of the ranges of each pair of which one stood, and whose clock stamps them.
+/// D16: latency of the ranges of each pair with one vehicle at standstill, and whose clock stamps
+/// them.
 void report_latency(const std::vector<DoctorReport>& recordings, const RangeStudy& ranges,
                     FindingList& out);
 
-/// D17: when the vehicles' recordings begin, and how long they run together.
+/// D17: start of the vehicles' recordings, and the duration of their overlap.
 /// @param separate recorded on different days, as fleet.yaml says
 void report_overlap(const std::vector<DoctorReport>& recordings, bool separate, FindingList& out);
 

@@ -43,7 +43,7 @@ RangeStudy ranges_with(double latency_s, double end_s) {
 DoctorReport report_of(const std::string& name, std::vector<drive::TrackPoint> track) {
   DoctorReport report;
   report.vehicle = name;
-  report.t_begin = track.front().t;
+  report.t_start = track.front().t;
   report.t_end = track.back().t;
   report.track = std::move(track);
   return report;
@@ -96,12 +96,12 @@ TEST(FleetStudy, D16_radios_by_number_count_for_the_vehicle_that_recorded_them) 
   EXPECT_NE(findings[0].text.find("no stamps"), std::string::npos);
 }
 
-Finding overlap(double begin_s, double end_s, bool separate = false) {
+Finding overlap(double start_s, double end_s, bool separate = false) {
   DoctorReport a = report_of("v1", track_of(60.0)), b = a;
-  a.t_begin = Time::from_s(1.7e9);
+  a.t_start = Time::from_s(1.7e9);
   a.t_end = Time::from_s(1.7e9 + 300.0);
   b.vehicle = "v2";
-  b.t_begin = Time::from_s(begin_s);
+  b.t_start = Time::from_s(start_s);
   b.t_end = Time::from_s(end_s);
   FindingList findings;
   report_overlap({a, b}, separate, findings);

@@ -13,14 +13,14 @@
 namespace rali::inspect {
 namespace {
 
-/// More clouds than this that cannot be read spoil the map.
+/// A larger fraction of unreadable clouds spoils the map.
 constexpr double kDamagedMax = 0.2;
 
 bool is_over(const DoctorOptions& options, Time t_first, Time t) {
   return options.seconds > 0.0 && t.s() - t_first.s() > options.seconds;
 }
 
-/// @return the time of the last scan looked at
+/// @return the time of the last scan examined
 Result<Time> read_scans(const DoctorOptions& options, io::ScanFolder& folder,
                         Examination& examination) {
   const Time t_first = folder.entries().front().t;
@@ -32,9 +32,9 @@ Result<Time> read_scans(const DoctorOptions& options, io::ScanFolder& folder,
     if (!more) return tl::make_unexpected(more.error());
     if (!*more || is_over(options, t_first, t)) return last;
     last = t;
-    // Assumed times start at 0, which would be a stamp that was never set.
+    // Assumed times start at 0, which would count as a stamp that was never set.
     if (folder.times_assumed()) t = t + Duration::from_s(1.0);
-    // The view points to the bytes, which stay where they are when they are handed over.
+    // The view points to the bytes; moving the vector does not relocate them.
     wire::CloudView view = cloud.view(t, "lidar");
     examination.add_cloud(std::move(cloud.data), std::move(view), t);
   }
@@ -63,20 +63,20 @@ void report_damage(const io::ScanFolder& folder, DoctorReport& report) {
   std::string first;
   for (Finding finding : folder.findings()) {
     if (first.empty() && finding.id == "scans.damaged") first = finding.text;
-    // One sentence for all that are damaged, below.
+    // Damaged scans are reported by one sentence below.
     if (finding.id == "scans.damaged") continue;
     finding.id = finding.id == "scans.times" ? "D04" : "D19";
     report.findings.push_back(std::move(finding));
   }
   if (folder.skipped() == 0) return;
-  const double share =
+  const double fraction =
       static_cast<double>(folder.skipped()) / static_cast<double>(folder.entries().size());
   report.findings.push_back(make_finding(
-      "D19", share > kDamagedMax ? Severity::kError : Severity::kWarning, folder.path(),
+      "D19", fraction > kDamagedMax ? Severity::kError : Severity::kWarning, folder.path(),
       {fmt::format("{} of {} cannot be read; the first: {}", folder.skipped(),
                    counted(folder.entries().size(), "cloud"), first),
        "they are missing in the map", ""},
-      {share, kDamagedMax}));
+      {fraction, kDamagedMax}));
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ constexpr double kUpMin = 0.7;  ///< cosine of 45 degrees
 
 std::optional<geometry::Vec3> ground_normal(const sensor::LidarScan& scan) {
   std::optional<geometry::Vec3> ceiling;
-  // Heaviest first. Normals point to the LiDAR: up from a floor, down from a ceiling.
+  // Largest weight first. Normals point to the LiDAR: up from a floor, down from a ceiling.
   for (const drive::PlaneDirection& plane : drive::plane_directions(std::span(&scan, 1))) {
     if (plane.n_lidar.z() > kUpMin) return plane.n_lidar;
     if (plane.n_lidar.z() < -kUpMin && !ceiling) ceiling = plane.n_lidar;

@@ -7,9 +7,9 @@
 
 namespace rali::inspect {
 
-/// Unit normal, in the LiDAR frame, of the plane that may be the ground, pointing from it to the
-/// LiDAR: the largest one within 45 degrees below the LiDAR by its z axis; without such a plane the
-/// largest above, which is a ceiling unless the LiDAR hangs upside down. Empty if there is neither.
+/// Unit normal, in the LiDAR frame, of the probable ground plane, pointing from it to the LiDAR. It
+/// is the largest plane within 45 degrees below the LiDAR by its z axis. Without such a plane it is
+/// the largest above, a ceiling unless the LiDAR is upside down. Empty if there is neither.
 [[nodiscard]] std::optional<geometry::Vec3> ground_normal(const sensor::LidarScan& scan);
 
 }  // namespace rali::inspect

@@ -18,16 +18,16 @@ namespace {
 
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kGravity = 9.81;
-/// Vehicles shake, turn and brake, but over two seconds the mean acceleration is gravity: braking
-/// with 2.5 m/s^2 adds 3.2 %.
+/// Over two seconds the mean specific force is close to gravity despite vibration, turns and
+/// braking: braking with 2.5 m/s^2 adds 3.2 %.
 constexpr double kStretch_s = 2.0;
-constexpr double kGravityShare = 0.035;
-/// A factor beyond is a unit (decide_imu_units), not a scale.
-constexpr double kUnitShare = 0.28;
-/// Second differences of white noise have sqrt(6) times its spread, and take out slow motion.
+constexpr double kGravityFraction = 0.035;
+/// A larger factor is a wrong unit (decide_imu_units), not a scale error.
+constexpr double kUnitFraction = 0.28;
+/// Second differences of white noise have sqrt(6) times its spread, and remove slow motion.
 constexpr double kSecondDifference = 2.449489742783178;
 
-/// Spread of the fast part of one quantity, per axis, largest axis.
+/// Spread of the high-frequency part of one quantity, per axis, largest axis.
 template <class Get>
 double fast_spread(std::span<const sensor::ImuSample> samples, Get get) {
   geometry::Vec3 sum = geometry::Vec3::Zero();
@@ -59,25 +59,25 @@ double axis_of(const sensor::ImuSample& s, int axis) {
   return std::abs(axis < 3 ? s.gyro_radps(axis) : s.accel_mps2(axis - 3));
 }
 
-/// Samples of one axis that stand, three or more in a row, exactly at the largest value of their
-/// stretch: a sensor at its end. Where other values repeat as well, it is the converter's step.
+/// Counts saturated samples of one axis: three or more in a row exactly at the largest value of
+/// their window. If other values repeat as well, the cause is the converter's resolution.
 std::uint64_t stuck_at_end(std::span<const sensor::ImuSample> samples, int axis) {
-  double most = 0.0;
-  for (const sensor::ImuSample& s : samples) most = std::max(most, axis_of(s, axis));
-  if (!(most > 0.0)) return 0;
+  double maximum = 0.0;
+  for (const sensor::ImuSample& s : samples) maximum = std::max(maximum, axis_of(s, axis));
+  if (!(maximum > 0.0)) return 0;
   std::uint64_t stuck = 0, run = 0, pairs = 0, alike = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const double value = axis_of(samples[i], axis);
-    run = value == most ? run + 1 : 0;
+    run = value == maximum ? run + 1 : 0;
     if (run >= 3) stuck += run == 3 ? 3 : 1;
-    if (i == 0 || value == most) continue;
+    if (i == 0 || value == maximum) continue;
     ++pairs;
     if (value == axis_of(samples[i - 1], axis)) ++alike;
   }
   return alike * 5 > pairs ? 0 : stuck;
 }
 
-/// By stretches: a range that is too small shows while driving hard, not in the largest value ever.
+/// By windows: a range that is too small shows during hard driving, not in the overall maximum.
 std::uint64_t count_saturated(std::span<const sensor::ImuSample> samples) {
   std::uint64_t saturated = 0;
   for (std::size_t begin = 0; begin < samples.size();) {
@@ -107,7 +107,7 @@ std::vector<sensor::ImuSample> valid_si(std::span<const sensor::ImuSample> raw,
 void study_units(std::span<const sensor::ImuSample> valid, std::optional<double> gyro_scale,
                  const std::string& topic, ImuStudy& study, FindingList& out) {
   drive::InputOptions options;
-  if (gyro_scale) options.gyro_unit = drive::GyroUnit::kRadps;  // already known better
+  if (gyro_scale) options.gyro_unit = drive::GyroUnit::kRadps;  // more accurate than by value
   const auto units = drive::decide_imu_units(valid, options, topic);
   if (!units) {
     study.units_known = false;
@@ -144,7 +144,7 @@ void study_noise(std::span<const sensor::ImuSample> si, double period_s, const s
   if (up.norm() > 0.5 * kGravity) study.up_imu = up.normalized();
   study.up_sigma_rad = quiet.at_rest ? 0.01 : 0.1;
   if (!quiet.at_rest || period_s <= 0.0) return;
-  const auto rest = between(si, quiet.t_begin, quiet.t_end);
+  const auto rest = between(si, quiet.t_start, quiet.t_end);
   if (rest.size() < 10) return;
   const double root_period = std::sqrt(period_s);
   study.gyro_noise_radps_rthz = gyro_spread(rest) * root_period;
@@ -165,7 +165,7 @@ void study_noise(std::span<const sensor::ImuSample> si, double period_s, const s
                    {study.vibration_factor, 20.0}));
 }
 
-/// Gravity over the whole recording: a scale that is off, or one that changes.
+/// Gravity over the whole recording: detects a wrong or a varying scale.
 void study_gravity(std::span<const sensor::ImuSample> si, const std::string& topic,
                    FindingList& out) {
   const Duration step = Duration::from_s(0.5 * kStretch_s);
@@ -175,12 +175,12 @@ void study_gravity(std::span<const sensor::ImuSample> si, const std::string& top
   for (Time t = si.front().t; t + step + step <= si.back().t; t = t + step) {
     const auto stretch = between(si, t, t + step + step);
     if (stretch.size() < 10) continue;
-    const double share = imu::statistics(stretch).accel_mean_mps2.norm() / kGravity - 1.0;
-    if (std::abs(share) <= kGravityShare || std::abs(share) > kUnitShare) continue;
+    const double fraction = imu::statistics(stretch).accel_mean_mps2.norm() / kGravity - 1.0;
+    if (std::abs(fraction) <= kGravityFraction || std::abs(fraction) > kUnitFraction) continue;
     if (!any) first = t;
     last = t + step + step;
     any = true;
-    if (std::abs(share) > std::abs(worst)) worst = share;
+    if (std::abs(fraction) > std::abs(worst)) worst = fraction;
   }
   if (!any) return;
   out.push_back(make_finding(
@@ -191,13 +191,13 @@ void study_gravity(std::span<const sensor::ImuSample> si, const std::string& top
                    seconds_between(si.front().t, last)),
        "speed and slope come out wrong, the gyro may be off as much",
        "Calibrate the IMU; check its range setting and supply."},
-      {worst, kGravityShare}));
+      {worst, kGravityFraction}));
 }
 
 void study_start(std::span<const sensor::ImuSample> si, const std::string& topic, ImuStudy& study,
                  FindingList& out) {
   const auto first = between(si, si.front().t, si.front().t + Duration::from_s(1.0));
-  // Over blocks, as the odometry looks for rest: white noise alone is more than slow driving.
+  // Over blocks, as the odometry's standstill detector: white noise alone exceeds slow driving.
   const imu::RestSettings settings;
   const imu::ImuStatistics stats =
       imu::statistics(odometry::block_means({first.begin(), first.end()}));
@@ -225,24 +225,24 @@ void study_start(std::span<const sensor::ImuSample> si, const std::string& topic
 
 void report_counts(const ImuStudy& study, std::size_t samples, const std::string& topic,
                    FindingList& out) {
-  const auto share = [samples](std::uint64_t n) {
+  const auto fraction = [samples](std::uint64_t n) {
     return static_cast<double>(n) / std::max(1.0, static_cast<double>(samples));
   };
   if (study.invalid > 0) {
     out.push_back(make_finding(
-        "D10", share(study.invalid) > 0.2 ? Severity::kError : Severity::kWarning, topic,
+        "D10", fraction(study.invalid) > 0.2 ? Severity::kError : Severity::kWarning, topic,
         {fmt::format("{} without numbers ({})", counted(study.invalid, "sample"),
-                     percent(share(study.invalid))),
+                     percent(fraction(study.invalid))),
          "they are left out", "Check the IMU's driver."},
-        {share(study.invalid), 0.2}));
+        {fraction(study.invalid), 0.2}));
   }
   if (study.saturated == 0) return;
   out.push_back(make_finding(
-      "D10", share(study.saturated) > 0.01 ? Severity::kError : Severity::kWarning, topic,
+      "D10", fraction(study.saturated) > 0.01 ? Severity::kError : Severity::kWarning, topic,
       {fmt::format("{} values are at the end of the sensor's range", study.saturated),
        "turns and shocks are cut off and the pose jumps there",
        "Set a larger range of the IMU, or damp its mount."},
-      {share(study.saturated), 0.01}));
+      {fraction(study.saturated), 0.01}));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 namespace rali::inspect {
 namespace {
 
-/// Two seconds of standing, then driving that turns and shakes.
+/// Two seconds of standstill, then driving with turns and vibration.
 std::vector<sensor::ImuSample> drive_off(double shake_mps2 = 0.1) {
   std::vector<sensor::ImuSample> samples;
   Rng rng(9, "imu");
@@ -74,7 +74,7 @@ TEST(ImuStudy, vibration_is_measured_against_rest) {
   EXPECT_EQ(f->severity, Severity::kWarning);
 }
 
-TEST(ImuStudy, a_start_in_motion_is_said) {
+TEST(ImuStudy, a_start_in_motion_is_reported) {
   auto samples = drive_off();
   samples.erase(samples.begin(), samples.begin() + 600);
   FindingList findings;

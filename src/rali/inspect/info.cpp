@@ -55,7 +55,7 @@ double value_at(const std::byte* at, wire::FieldType type, bool big_endian) {
   return 0.0;
 }
 
-/// Values of one field; offsets are not trusted, they come from the file.
+/// Values of one field; offsets come from the file and are checked.
 CloudInfo::Field describe_field(const wire::CloudView& view, const wire::CloudField& field) {
   CloudInfo::Field out{field.name, type_name(field.type), field.offset, field.count, {}, {}, {}};
   const std::size_t bytes = type_bytes(field.type);
@@ -136,7 +136,7 @@ Result<FileInfo> look_into_recording(const std::string& path) {
     Span& span = spans[message.topic];
     if (counts[message.topic]++ == 0) span = {message.t_record, message.t_record};
     span = {std::min(span.first, message.t_record), std::max(span.last, message.t_record)};
-    info.t_begin = info.has_span ? std::min(info.t_begin, message.t_record) : message.t_record;
+    info.t_start = info.has_span ? std::min(info.t_start, message.t_record) : message.t_record;
     info.t_end = info.has_span ? std::max(info.t_end, message.t_record) : message.t_record;
     info.has_span = true;
     const io::Topic& topic = source.topics()[message.topic];

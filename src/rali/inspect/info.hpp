@@ -16,10 +16,10 @@ struct TopicInfo {
   std::string name, type, encoding;
   std::uint64_t messages = 0;
   double rate_hz = 0.0;  ///< by record time; 0 with fewer than two messages
-  std::string advice;    ///< for what looks like LiDAR data but cannot be read
+  std::string advice;    ///< for data that resemble LiDAR data but cannot be read
 };
 
-/// The first cloud as it lies in the file.
+/// The first cloud as stored in the file.
 struct CloudInfo {
   struct Field {
     std::string name, type;
@@ -35,26 +35,26 @@ struct CloudInfo {
   std::string summary;  ///< how RaLI reads it; empty for files without time
 };
 
-/// What is in a file or folder.
+/// Content of a file or folder.
 struct FileInfo {
   std::string path;
   std::string kind;         ///< "recording", "folder of scans", "point cloud"
   std::string compression;  ///< or the encoding of a cloud file
   std::uint64_t bytes = 0;
   std::uint64_t messages = 0;  ///< or scans of a folder
-  Time t_begin, t_end;
+  Time t_start, t_end;
   bool has_span = false;
   bool truncated = false, unindexed = false;
-  bool damaged = false;  ///< cut, or messages of it cannot be read
+  bool damaged = false;  ///< truncated, or some messages cannot be read
   std::vector<TopicInfo> topics;
   std::vector<std::string> notes;  ///< times.txt, imu.csv, ...
   std::optional<CloudInfo> cloud;
   FindingList findings;
 };
 
-/// Looks into a recording (all of it, as a stream), a folder of scans or a cloud. Types RaLI does
-/// not know are listed like any other.
-/// Errors: kInput for what is none of these, with what it is.
+/// Inspects a recording (all of it, as a stream), a folder of scans or a cloud. Unknown types are
+/// listed like any other.
+/// Errors: kInput for any other file, with its kind.
 [[nodiscard]] Result<FileInfo> look_into(const std::string& path);
 
 [[nodiscard]] std::string info_text(const FileInfo& info);

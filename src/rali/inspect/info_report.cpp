@@ -20,7 +20,7 @@ std::string size_text(std::uint64_t bytes) {
   return b < 1e9 ? fmt::format("{:.1f} MB", b / 1e6) : fmt::format("{:.2f} GB", b / 1e9);
 }
 
-/// Names from a file: printable and short, without the quotes of a sentence.
+/// Names from a file: printable and short, without quotation marks.
 std::string plain(const std::string& text, std::size_t max = 40) {
   const std::string q = io::quoted(text, max);
   return q.size() >= 2 ? q.substr(1, q.size() - 2) : q;
@@ -98,7 +98,7 @@ std::string info_text(const FileInfo& info) {
   if (info.kind == "folder of scans") out += counted(info.messages, "scan") + '\n';
   if (info.has_span) {
     out += fmt::format("{}, {:.3f} s from {} to {}\n", counted(info.messages, "message"),
-                       seconds_between(info.t_begin, info.t_end), io::format_stamp(info.t_begin),
+                       seconds_between(info.t_start, info.t_end), io::format_stamp(info.t_start),
                        io::format_stamp(info.t_end));
   }
   if (info.truncated) out += "the end of the file is missing\n";
@@ -120,7 +120,7 @@ std::string info_json(const FileInfo& info) {
   j["bytes"] = info.bytes;
   j["compression"] = info.compression;
   j["messages"] = info.messages;
-  j["start_s"] = info.has_span ? Json(io::format_stamp(info.t_begin)) : Json(nullptr);
+  j["start_s"] = info.has_span ? Json(io::format_stamp(info.t_start)) : Json(nullptr);
   j["end_s"] = info.has_span ? Json(io::format_stamp(info.t_end)) : Json(nullptr);
   j["truncated"] = info.truncated;
   j["unindexed"] = info.unindexed;

@@ -48,8 +48,8 @@ TEST(Info, a_bag_cut_at_any_place_is_read_or_refused) {
   for (int part = 19; part >= 0; --part) {
     fs::resize_file(path, size * static_cast<std::uintmax_t>(part) / 20);
     const auto info = look_into(path);
-    const bool told = info ? !info_text(*info).empty() : !info.error().what.empty();
-    EXPECT_TRUE(told) << part;
+    const bool reported = info ? !info_text(*info).empty() : !info.error().what.empty();
+    EXPECT_TRUE(reported) << part;
   }
   fs::remove(path);
 }
@@ -94,7 +94,7 @@ TEST(Info, a_cloud_whose_offsets_lie_outside_its_points_does_not_read_there) {
   EXPECT_FALSE(info->cloud->fields[0].first.has_value());
 }
 
-/// Every recording and cloud of the data pack gets an answer or a sentence.
+/// Every recording and cloud of the data pack gives information or an error sentence.
 TEST(Info, every_real_file_is_answered_or_refused_with_a_sentence) {
   const fs::path data(RALI_DATA_DIR);
   if (!fs::exists(data / "recordings")) GTEST_SKIP() << "NOT CHECKED: no data pack at " << data;

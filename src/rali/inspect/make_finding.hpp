@@ -9,15 +9,15 @@
 
 namespace rali::inspect {
 
-/// "0.03 %", "7.1 %", "100 %": a share for a sentence, never as a power of ten.
-[[nodiscard]] inline std::string percent(double share) {
-  const double hundredths = 100.0 * share;
+/// "0.03 %", "7.1 %", "100 %": a fraction for a sentence, never as a power of ten.
+[[nodiscard]] inline std::string percent(double fraction) {
+  const double hundredths = 100.0 * fraction;
   if (hundredths > 0.0 && hundredths < 0.01) return "below 0.01 %";
   return hundredths < 9.95 ? fmt::format("{:.2g} %", hundredths)
                            : fmt::format("{:.0f} %", hundredths);
 }
 
-/// Number found and number it was compared with.
+/// A measured number and the limit it was compared with.
 struct Measured {
   double value = 0.0, limit = 0.0;
 };

@@ -27,7 +27,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// "v1" of the antenna "v1/rear".
+/// "v1" for the antenna "v1/rear".
 std::string vehicle_of(const std::string& name) { return name.substr(0, name.find('/')); }
 
 }  // namespace
@@ -196,7 +196,7 @@ void RangeStudy::report_directions(const Pairs& pairs, const std::string& topic,
 }
 
 void RangeStudy::report_silent(const std::vector<std::string>& vehicles, FindingList& out) const {
-  constexpr std::size_t kVehiclesMax = 20;  // a list of that many pairs helps nobody
+  constexpr std::size_t kVehiclesMax = 20;  // a longer list of pairs is of no use
   std::set<std::pair<std::string, std::string>> measured;
   std::set<std::string> named;
   for (const auto& [pair, series] : pairs_) {

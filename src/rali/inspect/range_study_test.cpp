@@ -32,7 +32,7 @@ RangeStudy both_directions(double bias_m) {
   return study;
 }
 
-TEST(RangeStudy, rate_per_pair_is_said) {
+TEST(RangeStudy, rate_per_pair_is_reported) {
   EXPECT_TRUE(says(reported(both_directions(0.0)), "D14", "v1->v2: 100 ranges, 10.0 Hz"));
 }
 

@@ -18,7 +18,7 @@
 namespace rali::inspect {
 namespace {
 
-/// tf trees are small; a file of nothing but transforms must not fill the memory.
+/// tf trees are small; a file with only transforms must not exhaust the memory.
 constexpr std::size_t kTransformsMax = 10000;
 
 struct Counted {
@@ -65,9 +65,9 @@ class RecordingReading {
 
   [[nodiscard]] double data_s() const { return seconds_between(t_first_, t_last_); }
 
-  [[nodiscard]] double share_read() const { return std::clamp(source_->progress(), 1e-3, 1.0); }
+  [[nodiscard]] double fraction_read() const { return std::clamp(source_->progress(), 1e-3, 1.0); }
 
-  /// Seconds of the recording behind what was looked at, where an index shows them.
+  /// Seconds of the recording after the examined part, if an index shows them.
   [[nodiscard]] double rest_s() const {
     const auto span = source_->span();
     return partly_ && span ? std::max(0.0, seconds_between(t_last_, span->second)) : 0.0;
@@ -81,21 +81,21 @@ class RecordingReading {
   }
 
  private:
-  /// Where an index tells, the topic with the most messages of its kind is taken.
+  /// With an index, the topic with the most messages of its kind is taken.
   void choose_known_topics() {
     report_.lidar_topic = options_.lidar_topic;
     report_.imu_topic = options_.imu_topic;
-    std::uint64_t most_cloud = 0, most_imu = 0;
+    std::uint64_t max_cloud = 0, max_imu = 0;
     for (const io::Topic& topic : source_->topics()) {
       const wire::MessageKind kind = wire::message_kind(topic.type);
       const std::uint64_t n = topic.messages.value_or(0);
-      if (options_.lidar_topic.empty() && wire::is_cloud(kind) && n > most_cloud) {
+      if (options_.lidar_topic.empty() && wire::is_cloud(kind) && n > max_cloud) {
         report_.lidar_topic = topic.name;
-        most_cloud = n;
+        max_cloud = n;
       }
-      if (options_.imu_topic.empty() && kind == wire::MessageKind::kImu && n > most_imu) {
+      if (options_.imu_topic.empty() && kind == wire::MessageKind::kImu && n > max_imu) {
         report_.imu_topic = topic.name;
-        most_imu = n;
+        max_imu = n;
       }
     }
   }
@@ -153,7 +153,7 @@ class RecordingReading {
     }
   }
 
-  /// What a range topic calls the radio with this number; empty: nobody asks for the topic.
+  /// Name of the radio with this number on a range topic; empty: the topic is not used.
   [[nodiscard]] std::string radio_name(const std::string& topic, std::int64_t number) const {
     if (!options_.range_topics) return fmt::format("{}", number);
     for (const RangeTopicNames& names : *options_.range_topics) {
@@ -164,7 +164,7 @@ class RecordingReading {
     return {};
   }
 
-  /// As rali map takes it: a radio of a fleet that no list names is that of the recording.
+  /// As in rali map: a fleet's radio that no list names belongs to the recording's vehicle.
   [[nodiscard]] std::string own_radio(const std::string& topic, std::int64_t number) const {
     const std::string name = radio_name(topic, number);
     const bool unlisted = options_.range_topics && name == fmt::format("{}", number);
@@ -195,8 +195,8 @@ class RecordingReading {
     ranges_.add(t, range->from, range->to, range->range_m);
   }
 
-  /// Of what was not read the index lists what is there; without one a topic of ranges may bring
-  /// some later.
+  /// Notes the range topics. For the unread part the index gives the topics; without an index a
+  /// range topic may still have messages later.
   void note_range_topics() {
     for (std::size_t i = 0; i < source_->topics().size(); ++i) {
       const io::Topic& topic = source_->topics()[i];
@@ -271,7 +271,7 @@ class RecordingReading {
   drive::TfTree tf_;
   std::size_t transforms_ = 0;
   Time t_first_, t_last_;
-  bool partly_ = false;  ///< the recording goes on behind what was looked at
+  bool partly_ = false;  ///< the recording continues after the examined part
   std::string broken_;
 };
 
@@ -282,7 +282,7 @@ Result<ReadingEnd> read_recording(const DoctorOptions& options, Examination& exa
   RecordingReading reading(options, examination, ranges, report);
   if (const Status status = reading.read(); !status) return tl::make_unexpected(status.error());
   reading.find_extrinsics();
-  return ReadingEnd{reading.data_s(), reading.share_read(), reading.rest_s()};
+  return ReadingEnd{reading.data_s(), reading.fraction_read(), reading.rest_s()};
 }
 
 }  // namespace rali::inspect

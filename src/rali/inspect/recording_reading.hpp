@@ -7,11 +7,11 @@
 
 namespace rali::inspect {
 
-/// What reading an input came to.
+/// Result of reading an input.
 struct ReadingEnd {
-  double data_s = 0.0;      ///< of data looked at
-  double share_read = 1.0;  ///< of the file
-  double rest_s = 0.0;      ///< of data behind it, where an index shows it
+  double data_s = 0.0;         ///< of data examined
+  double fraction_read = 1.0;  ///< of the file
+  double rest_s = 0.0;         ///< of data after it, if an index shows it
 };
 
 /// Reads a recording of messages into an Examination and its ranges into `ranges`, in order of time

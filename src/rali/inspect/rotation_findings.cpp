@@ -15,11 +15,12 @@ namespace {
 
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kOffsetMin_s = 0.005;
-/// Above this much rotation per sweep-to-IMU shift walls double visibly: 0.5 deg is 9 cm at 10 m.
+/// Above this rotation during the LiDAR-IMU time offset walls double visibly: 0.5 deg is 9 cm at 10
+/// m.
 constexpr double kSmearMax_rad = 0.5 / kDegPerRad;
 constexpr double kMisfitMax = 0.15;     ///< about 9 degrees
-constexpr double kClearlyBetter = 0.4;  ///< of the given one's misfit
-/// Slower, and the noise of LiDAR poses is all the turning there is.
+constexpr double kClearlyBetter = 0.4;  ///< fraction of the given rotation's misfit
+/// At slower rotation the noise of LiDAR poses dominates.
 constexpr double kTurnRateSeen_radps = 0.1;
 constexpr double kSecondAxisMin = 0.1;
 constexpr double kTiltMax_rad = 8.0 / kDegPerRad;
@@ -35,7 +36,7 @@ double angle_between(const geometry::Vec3& a, const geometry::Vec3& b) {
   return std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0, 1.0));
 }
 
-/// The 24 ways to name the axes of a right-handed frame.
+/// The 24 permutations of the axes of a right-handed frame.
 std::vector<geometry::Mat3> axis_swaps() {
   std::vector<geometry::Mat3> swaps;
   constexpr std::array<std::array<int, 3>, 6> kOrders{
@@ -76,7 +77,7 @@ Candidate best_other(const geometry::Mat3& R_given, std::span<const imu::LidarTu
   }
   others.push_back({"the rotation estimated from the data", study.best.R_imu_lidar, 0.0});
   for (Candidate& c : others) c.misfit = imu::misfit_of(c.R, lidar, imu, study);
-  // The first of equals: the inverse is the likelier mistake than a swap that does the same.
+  // On ties the first: the inverse is a more likely mistake than an equivalent axis swap.
   return *std::min_element(others.begin(), others.end(),
                            [](const auto& a, const auto& b) { return a.misfit < 0.9 * b.misfit; });
 }
@@ -140,7 +141,7 @@ void report_extrinsics(const imu::RotationStudy& study, const ExtrinsicsGiven& g
   if (study.gyro_ratio == 0.0) {
     return report_not_seen("D11", study, "the LiDAR's rotation in the body is", out);
   }
-  const bool one_axis = study.second_axis_share < kSecondAxisMin;
+  const bool one_axis = study.second_axis_fraction < kSecondAxisMin;
   const geometry::Mat3 R_given =
       given.R_body_imu.transpose() * given.R_body_lidar.value_or(geometry::Mat3::Identity());
   const double misfit = imu::misfit_of(R_given, lidar, imu, study);
@@ -148,11 +149,12 @@ void report_extrinsics(const imu::RotationStudy& study, const ExtrinsicsGiven& g
   const std::string which =
       given.R_body_lidar ? "T_body_lidar (" + given.origin + ")" : "the identity as T_body_lidar";
   const bool wrong = misfit > kMisfitMax && other.misfit < kClearlyBetter * misfit;
-  // What the best rotation leaves is noise of the LiDAR's turns: a rotation is blamed for the rest.
-  const double least = std::min(other.misfit, study.best.misfit);
-  const double excess = std::sqrt(std::max(misfit * misfit - least * least, 0.0));
+  // The misfit of the best rotation is noise of the LiDAR poses; only the excess counts against a
+  // rotation.
+  const double minimum = std::min(other.misfit, study.best.misfit);
+  const double excess = std::sqrt(std::max(misfit * misfit - minimum * minimum, 0.0));
   const double chance = 2.0 * misfit * std::sqrt(3.0 / static_cast<double>(study.pairs));
-  if (!wrong && least > kMisfitMax && excess < std::max(kMisfitMax, chance)) {
+  if (!wrong && minimum > kMisfitMax && excess < std::max(kMisfitMax, chance)) {
     out.push_back(make_finding(
         "D11", Severity::kInfo, "",
         {fmt::format("{} fits the turning as well as any other; it turned too little to decide",
@@ -195,7 +197,7 @@ void report_up(const std::optional<geometry::Vec3>& up_lidar, const geometry::Ve
   const geometry::Mat3 R_imu_lidar =
       given.R_body_imu.transpose() * given.R_body_lidar.value_or(geometry::Mat3::Identity());
   const double tilt_rad = angle_between(R_imu_lidar * *up_lidar, up_imu);
-  if (study.gyro_ratio != 0.0 && study.second_axis_share >= kSecondAxisMin) {
+  if (study.gyro_ratio != 0.0 && study.second_axis_fraction >= kSecondAxisMin) {
     const geometry::Vec3 by_turning = study.best.R_imu_lidar * *up_lidar;
     if (std::numbers::pi - angle_between(by_turning, up_imu) < 4.0 * kAlike_rad &&
         tilt_rad < 4.0 * kTiltMax_rad) {
@@ -209,7 +211,7 @@ void report_up(const std::optional<geometry::Vec3>& up_lidar, const geometry::Ve
       return;
     }
   }
-  // Turning tells a ceiling over the LiDAR from a floor under one that hangs upside down.
+  // The rotation distinguishes a ceiling above the LiDAR from a floor below an upside-down one.
   const bool hangs = study.gyro_ratio != 0.0 && (study.best.R_imu_lidar * *up_lidar).dot(up_imu) >
                                                     std::cos(4.0 * kTiltMax_rad);
   if (std::numbers::pi - tilt_rad < 2.0 * kTiltMax_rad && !hangs) {

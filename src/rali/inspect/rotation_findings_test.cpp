@@ -85,7 +85,7 @@ TEST(RotationFindings, an_inverted_rotation_is_told_from_the_right_one) {
   EXPECT_NE(find(bad, "D11")->text.find("inverse"), std::string::npos) << find(bad, "D11")->text;
 }
 
-TEST(RotationFindings, swapped_axes_are_told) {
+TEST(RotationFindings, swapped_axes_are_reported) {
   TurningPair pair;
   pair.R_imu_lidar = geometry::rotation_from_rpy(0.0, 0.0, 90.0 * kDeg);
   ExtrinsicsGiven given;

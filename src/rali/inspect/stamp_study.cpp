@@ -12,13 +12,13 @@
 namespace rali::inspect {
 namespace {
 
-/// A clock that is set by a second must count, whatever the rounding of its stamps.
+/// A clock step of one second must be detected, whatever the rounding of its stamps.
 constexpr double kJump_s = 0.8;
 constexpr double kGapPeriods = 1.5;
 
-double quantile(std::vector<double> values, double share) {
+double quantile(std::vector<double> values, double fraction) {
   if (values.empty()) return 0.0;
-  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  const auto k = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + k, values.end());
   return values[static_cast<std::size_t>(k)];
 }
@@ -27,7 +27,7 @@ double step_s(Time from, Time to) { return seconds_between(from, to); }
 
 }  // namespace
 
-double StampStatistics::missing_share() const {
+double StampStatistics::missing_fraction() const {
   const auto all = static_cast<double>(messages + missing);
   return all > 0.0 ? static_cast<double>(missing) / all : 0.0;
 }
@@ -63,7 +63,7 @@ StampStatistics study_stamps(std::span<const drive::StampPair> stamps) {
   for (std::size_t i = 1; i < stamps.size(); ++i) {
     const double step = step_s(time_of(stamps[i - 1]), time_of(stamps[i]));
     if (step < kGapPeriods * s.period_s || step > 3600.0) continue;
-    // What only the clock has left out is not missing.
+    // A gap in the header stamps only, from a clock step, is not a missing message.
     const double recorded = step_s(stamps[i - 1].record, stamps[i].record);
     if (std::abs(step - recorded) > kJump_s) continue;
     s.missing += static_cast<std::uint64_t>(std::max(std::round(step / s.period_s) - 1.0, 0.0));
@@ -73,8 +73,8 @@ StampStatistics study_stamps(std::span<const drive::StampPair> stamps) {
   }
   const auto batched = std::count_if(record_steps.begin(), record_steps.end(),
                                      [&s](double step) { return step < 0.1 * s.period_s; });
-  s.batch_share = static_cast<double>(batched) /
-                  std::max<double>(1.0, static_cast<double>(record_steps.size()));
+  s.batch_fraction = static_cast<double>(batched) /
+                     std::max<double>(1.0, static_cast<double>(record_steps.size()));
   return s;
 }
 
@@ -98,8 +98,8 @@ void report_rate(const StampStatistics& s, const std::string& id, const std::str
       {s.rate_hz(), rate_min_hz}));
   if (s.missing == 0) return;
   const double long_s = lidar ? 1.0 : 0.1;
-  const bool serious = s.missing_share() > 0.2 || s.longest_gap_s > 10.0 * long_s;
-  const bool notable = s.missing_share() > 0.01 || s.longest_gap_s > long_s;
+  const bool serious = s.missing_fraction() > 0.2 || s.longest_gap_s > 10.0 * long_s;
+  const bool notable = s.missing_fraction() > 0.01 || s.longest_gap_s > long_s;
   out.push_back(make_finding(
       id,
       serious   ? Severity::kError
@@ -107,7 +107,7 @@ void report_rate(const StampStatistics& s, const std::string& id, const std::str
                 : Severity::kInfo,
       topic,
       {fmt::format("{} of the {} are missing, longest gap {:.2f} s at {:.3f}",
-                   percent(s.missing_share()), what, s.longest_gap_s, s.t_longest_gap.s()),
+                   percent(s.missing_fraction()), what, s.longest_gap_s, s.t_longest_gap.s()),
        "the pose is only predicted across a gap",
        "Record to a faster disk, or with a larger buffer of the recorder and the driver."},
       {s.longest_gap_s, long_s}));

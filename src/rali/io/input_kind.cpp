@@ -34,7 +34,7 @@ bool is_recording_name(const std::string& name) {
 struct Contents {
   std::size_t clouds = 0, recordings = 0;
   bool metadata = false;
-  bool state = false;  ///< that of a live vehicle, room factlog
+  bool state = false;  ///< state of a live vehicle, module factlog
 };
 
 Result<Contents> contents_of(const std::string& folder) {

@@ -12,9 +12,9 @@ enum class InputKind {
   kCloud        ///< one of them alone
 };
 
-/// What an input is, by the names in it; every command asks here. A folder with metadata.yaml is a
-/// rosbag2; else it must not hold clouds and recordings both.
-/// Errors: kInput, if nothing is there (also links that lead in a circle, names that are too long,
+/// Kind of an input, by its file names; used by every command. A folder with metadata.yaml is a
+/// rosbag2; any other folder must not hold both clouds and recordings.
+/// Errors: kInput, if it does not exist (also circular links, names that are too long,
 /// no permission) or the folder is neither. kMachine, if the machine failed while looking.
 [[nodiscard]] Result<InputKind> input_kind(const std::string& path);
 

@@ -52,7 +52,7 @@ Result<assess::Evaluation> judge(const EvaluateJob& job, const assess::RunInput&
   return result;
 }
 
-/// The report tells what is in the folder: an older one would keep silent about the truth.
+/// Renews the report: an older one would lack the comparison with the truth.
 Status renew_report(const std::string& folder) {
   std::error_code error;
   if (!std::filesystem::exists(folder + "/report.html", error)) return {};
@@ -90,12 +90,12 @@ std::string evaluation_line(const assess::Evaluation& evaluation) {
   const assess::TrackScore& fleet = evaluation.fleet;
   std::string text = fmt::format(
       "against the truth: position off by {:.3f} m (rmse), {:.3f} m at most, on {:.0f} m",
-      fleet.ape_m.rmse, fleet.ape_m.max, fleet.way_m);
+      fleet.ape_m.rmse, fleet.ape_m.max, fleet.path_m);
   if (evaluation.cloud && evaluation.cloud->to_mesh) {
     const eval::CloudToMesh& mesh = *evaluation.cloud->to_mesh;
     text += fmt::format("; map to the true surfaces {:.3f} m (mean)", mesh.within.mean);
-    if (mesh.share_beyond >= 0.001) {
-      text += fmt::format(", {:.1f} % of it beyond 1 m", 100.0 * mesh.share_beyond);
+    if (mesh.fraction_beyond >= 0.001) {
+      text += fmt::format(", {:.1f} % of it beyond 1 m", 100.0 * mesh.fraction_beyond);
     }
   }
   return text;

@@ -16,7 +16,7 @@ namespace {
 
 using config::FleetConfig;
 
-/// A file of the settings must be there and readable before anything is computed.
+/// A file named in the settings must exist and be readable before any computation.
 Status check_file(const FleetConfig& fleet, const std::string& key, const std::string& path) {
   if (path.empty()) return {};
   const std::string named = origin_of(fleet, key);
@@ -33,7 +33,7 @@ Status check_file(const FleetConfig& fleet, const std::string& key, const std::s
   return {};
 }
 
-/// The columns that a CSV must have; its rows are judged by whoever uses them.
+/// The columns that a CSV must have; its rows are checked where they are used.
 Status check_columns(const std::string& path, std::span<const char* const> columns) {
   if (path.empty()) return {};
   const Result<io::CsvReader> csv = io::CsvReader::open(path);

@@ -10,17 +10,17 @@
 
 namespace rali::jobs {
 
-/// What a map is made from.
+/// The inputs of a map.
 struct MapInputs {
   config::FleetConfig fleet;
-  /// What state folders hold, vehicle by vehicle as `fleet` has them; null: recordings.
+  /// The contents of state folders, in the order of the vehicles in `fleet`; null: recordings.
   std::shared_ptr<const drive::FleetFacts> facts;
 };
 
-/// The fleet that the inputs of a mapping run describe: one fleet.yaml, or recordings, one vehicle
-/// each; or state folders of a live fleet, and its fleet.yaml beside them if there is one.
-/// Errors: as config::load_fleet and drive::read_fleet_facts; kUsage for a fleet.yaml among
-/// recordings, for inputs of two kinds, for state folders of another fleet than fleet.yaml names.
+/// The fleet described by the inputs of a mapping run: one fleet.yaml, or recordings, one vehicle
+/// each; or state folders of a live fleet, with an optional fleet.yaml. Errors: as
+/// config::load_fleet and drive::read_fleet_facts; kUsage for a fleet.yaml among recordings, for
+/// inputs of two kinds, for state folders of another fleet than in fleet.yaml.
 [[nodiscard]] Result<MapInputs> load_inputs(const std::vector<std::string>& inputs,
                                             const config::Overrides& overrides);
 

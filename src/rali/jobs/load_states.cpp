@@ -27,7 +27,7 @@ Result<Sorted> sorted(const std::vector<std::string>& inputs) {
   Sorted out;
   for (const std::string& input : inputs) {
     if (!is_yaml(input)) {
-      // What is neither a recording nor a state folder is told by who reads the folders.
+      // An input that is neither a recording nor a state folder is reported when folders are read.
       const bool other = !drive::is_state_folder(input) && io::input_kind(input);
       if (other) {
         return fail(ErrorCode::kUsage, input,
@@ -46,7 +46,7 @@ Result<Sorted> sorted(const std::vector<std::string>& inputs) {
   return out;
 }
 
-/// The members are the vehicles of the file: by their names, one for each.
+/// Matches the members with the vehicles of the file, by name, one for each.
 Status take_names(const std::string& file, const FleetConfig& fleet, FleetFacts& facts) {
   const std::size_t vehicles = fleet.vehicles.size();
   for (std::size_t k = 0; k < facts.members.size(); ++k) {
@@ -81,7 +81,7 @@ void compare_antennas(const std::string& file, const FleetConfig& fleet, FleetFa
   }
 }
 
-/// Recordings and what lies beside them have no part in a map of facts.
+/// Recordings and the files beside them are not used in a map of facts.
 void forget_recordings(const std::string& file, FleetConfig& fleet) {
   bool any = false;
   for (config::VehicleConfig& vehicle : fleet.vehicles) {

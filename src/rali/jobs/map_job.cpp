@@ -17,7 +17,7 @@ using config::Extrinsics;
 using config::FleetConfig;
 using config::VehicleConfig;
 
-// Alike by order: the room drive has its own.
+// The enums correspond by order: the room drive has its own.
 static_assert(static_cast<int>(config::AccelUnit::kG) == static_cast<int>(drive::AccelUnit::kG));
 static_assert(static_cast<int>(config::Returns::kSingle) == static_cast<int>(wire::Returns::kAll));
 static_assert(static_cast<int>(config::Returns::kLast) == static_cast<int>(wire::Returns::kLast));
@@ -33,7 +33,7 @@ tl::unexpected<Error> cannot(const FleetConfig& fleet, const std::string& key,
   return fail(ErrorCode::kUsage, origin_of(fleet, key), fmt::format("{} {}", key, what), remedy);
 }
 
-/// The box in the LiDAR's axes that holds the box given in the body.
+/// The bounding box in the LiDAR's axes of the box given in the body.
 std::array<double, 6> box_in_lidar(const std::array<double, 6>& box_body,
                                    const geometry::SE3& T_body_lidar) {
   const geometry::SE3 T_lidar_body = T_body_lidar.inverse();
@@ -62,7 +62,7 @@ Status check_possible(const FleetConfig& fleet) {
   return {};
 }
 
-/// Their rows are read before anything is computed, so that a slip costs no run.
+/// The rows are read before any computation, so that an input error costs no run.
 Result<drive::RoundsJob> rounds_job(const FleetConfig& fleet, const io::RadioNames& names) {
   drive::RoundsJob job;
   job.rounds = fleet.settings.mission.rounds;
@@ -127,7 +127,7 @@ void note_found(FleetConfig& fleet, const VehicleConfig& vehicle, const std::str
   fleet.origins["vehicles." + vehicle.name + '.' + key] = origin;
 }
 
-/// The noise that was used, so that a later table of models does not change a rerun.
+/// Writes down the noise that was used, so that a later table of models does not change a rerun.
 void fix_noise(FleetConfig& fleet, VehicleConfig& vehicle) {
   const odometry::ImuNoiseSettings used = config::imu_noise_of(vehicle.imu);
   const std::string origin = "imu model " + vehicle.imu.model;
@@ -209,7 +209,7 @@ std::vector<std::string> idle_keys(const FleetConfig& fleet) {
                          room == "radio" || room == "rounds" ||
                          key.find(".antennas") != std::string::npos;
     const bool offset = room == "clock" && fleet.clock == config::Clock::kOffset;
-    // Radio tells why a round ended, of rounds that are found in the data.
+    // Radio explains why a round ended, only for rounds that are determined from the data.
     const bool radio = room == "radio" && fleet.rounds != "auto";
     const bool no_use = offset || radio || (between && fleet.vehicles.size() < 2);
     if (no_use && origin.second.find("settings.yaml") == std::string::npos) idle.push_back(key);
@@ -222,7 +222,7 @@ FleetConfig with_findings(const FleetConfig& fleet,
   FleetConfig found = fleet;
   std::vector<std::optional<drive::RangeLatency>> latencies;
   for (const drive::InputReport& report : reports) latencies.push_back(report.range_latency);
-  // It stays auto: the stamps were left alone, and the filters followed the offset.
+  // It stays auto: the stamps were not changed, and the filters estimated the offset.
   if (const auto latency = drive::combined(latencies); latency && !found.ranges.latency_s) {
     found.origins["ranges.latency_s"] = "found: " + drive::latency_words(*latency) + ", by motion";
   }
@@ -248,7 +248,7 @@ FleetConfig with_findings(const FleetConfig& fleet,
       vehicle->imu.T_body_imu = {Extrinsics::Source::kGiven, report.T_body_imu, {}, {}};
       note_found(found, *vehicle, "imu.T_body_imu", "found: " + report.T_body_imu_origin);
     }
-    // A plan has not looked for it: it stays auto.
+    // A dry run has not estimated it: it stays auto.
     if (!vehicle->lidar.time_offset_s && !report.lidar_time_offset.origin.empty()) {
       vehicle->lidar.time_offset_s = report.lidar_time_offset.value_s;
       note_found(found, *vehicle, "lidar.time_offset_s",

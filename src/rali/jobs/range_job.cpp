@@ -24,7 +24,7 @@ static_assert(static_cast<int>(config::StampSource::kDevice) ==
 static_assert(static_cast<int>(config::StampSource::kRecord) ==
               static_cast<int>(drive::RangeStamp::kRecord));
 
-/// A vehicle of which no antenna is told has one where its body is.
+/// A vehicle without antennas in the settings has one at its body origin.
 std::vector<geometry::Vec3> antennas_of(const VehicleConfig& vehicle) {
   std::vector<geometry::Vec3> antennas;
   for (const config::AntennaConfig& antenna : vehicle.antennas) {
@@ -47,7 +47,7 @@ io::RadioNames radio_names(const FleetConfig& fleet) {
   return names;
 }
 
-/// Names are checked by config::check_fleet; what is not there stays a radio of nobody.
+/// Names are checked by config::check_fleet; an unknown name stays a radio of nobody.
 drive::RangeTopic range_topic(const config::RangeSource& source, const io::RadioNames& names) {
   drive::RangeTopic topic;
   topic.topic = source.topic;

@@ -10,17 +10,17 @@
 
 namespace rali::jobs {
 
-/// Where the ranges of a fleet come from; vehicles are numbered by their order.
+/// Sources of the ranges of a fleet; vehicles are numbered by their order.
 /// Errors (kUsage): a source that this version cannot read.
 [[nodiscard]] Result<drive::RangeOptions> range_options(const config::FleetConfig& fleet);
 
-/// What a vehicle knows of ranges and of the others: its antennas, its peers with theirs, where
-/// they stood at the start, how good ranges are.
+/// Sets a vehicle's prior knowledge of ranges and peers: its antennas, the peers' antennas, their
+/// start poses, the quality of ranges.
 /// @param index of the vehicle in the fleet
 void set_ranging(const config::FleetConfig& fleet, std::size_t index,
                  vehicle::VehicleSettings& settings);
 
-/// What the user knows of the fleet as a whole: start poses, calibrated radios, clocks.
+/// The user's knowledge of the fleet as a whole: start poses, calibrated radios, clocks.
 [[nodiscard]] fleet::FleetKnowledge fleet_knowledge(const config::FleetConfig& fleet);
 
 }  // namespace rali::jobs

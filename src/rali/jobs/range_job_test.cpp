@@ -69,7 +69,7 @@ TEST(RangeJob, a_prior_holds_for_both_of_its_vehicles) {
   const auto prior_2 = settings_of(fleet, 1).peers.at(0).prior;
   ASSERT_TRUE(prior_1 && prior_2);
   EXPECT_TRUE(prior_1->T_self_peer.p.isApprox(geometry::Vec3(3.0, 0.0, 0.0)));
-  // v2 looks to the left of v1: v1 is 3 m to the left of v2 (its +y).
+  // v2 faces left as seen from v1: v1 is 3 m to the left of v2 (its +y).
   EXPECT_TRUE(prior_2->T_self_peer.p.isApprox(geometry::Vec3(0.0, 3.0, 0.0), 1e-9))
       << prior_2->T_self_peer.p.transpose();
   EXPECT_NEAR(prior_1->sigma_m, 0.3, 1e-12);

@@ -8,7 +8,7 @@ namespace rali::jobs {
 Status add_report(const std::string& out_dir) {
   const Status status = report::write_report(out_dir, out_dir + "/report.html");
   if (!status) return status;
-  return drive::add_to_status(out_dir, "report.html", report::kSpeedBegin, report::kSpeedEnd);
+  return drive::add_to_status(out_dir, "report.html", report::kSpeedStart, report::kSpeedEnd);
 }
 
 }  // namespace rali::jobs

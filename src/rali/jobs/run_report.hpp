@@ -6,7 +6,7 @@
 
 namespace rali::jobs {
 
-/// Writes report.html into the output folder of a run and names it in status.json.
+/// Writes report.html into the output folder of a run and lists it in status.json.
 /// Errors: kInput, kMachine.
 [[nodiscard]] Status add_report(const std::string& out_dir);
 

@@ -6,8 +6,8 @@
 
 namespace rali::map {
 
-/// Grows without moving what it holds: a map of gigabytes must not need twice its memory for the
-/// moment of a reallocation.
+/// Grows without moving its elements: a map of gigabytes must not need twice its memory during a
+/// reallocation.
 template <class T>
 class BlockVector {
  public:

@@ -22,7 +22,7 @@ void add_grid(const GridBuilder& builder, MapResult& out, FindingList& findings)
   findings.push_back(std::move(finding));
 }
 
-/// The second pass: each keyframe's rays against the places that the first has collected.
+/// The second pass: tests each keyframe's rays against the places that the first has collected.
 Result<std::vector<KeyframeLooks>> look_again(const KeyframeStream& keyframes, MotionFilter& motion,
                                               Executor& executor) {
   std::vector<KeyframeLooks> out;

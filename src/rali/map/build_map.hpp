@@ -16,7 +16,7 @@
 
 namespace rali::map {
 
-/// A keyframe against the walls of all.
+/// Agreement of one keyframe with the walls of the whole map.
 struct KeyframeLooks {
   std::uint8_t vehicle = 0;
   Time t;
@@ -33,15 +33,15 @@ struct MapResult {
   std::vector<KeyframeLooks> looks;  ///< in the order of the stream
 };
 
-/// Compares each keyframe with the walls that all of them make, without making a map.
+/// Compares each keyframe with the walls seen by all keyframes, without making a map.
 [[nodiscard]] Result<std::vector<KeyframeLooks>> look_at_walls(const KeyframeStream& keyframes,
                                                                const DynamicSettings& settings,
                                                                Executor& executor);
 
 /// Renders the map of a run. Reads the keyframes twice.
 ///
-/// @return the map; what had to be left out is in `findings`. Errors: those of the stream;
-///         kInput if it holds no keyframe.
+/// @return the map; what was left out is in `findings`. Errors: those of the stream; kInput if it
+/// holds no keyframe.
 [[nodiscard]] Result<MapResult> build_map(const KeyframeStream& keyframes,
                                           const MapSettings& settings, Executor& executor,
                                           FindingList& findings);

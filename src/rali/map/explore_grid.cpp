@@ -66,7 +66,7 @@ std::optional<double> ExploreGrid::ground_below_body_m(VehicleId vehicle,
     heights.insert(std::upper_bound(heights.begin(), heights.end(), *found), *found);
   }
   if (heights.empty()) return std::nullopt;
-  // The vehicle does not change its height: the median forgets keyframes fooled by a bench.
+  // The vehicle's height is constant: the median rejects keyframes that took a bench for ground.
   return heights[heights.size() / 2];
 }
 
@@ -132,8 +132,8 @@ void ExploreGrid::place_free(const Keyframe& keyframe, int sign) {
   const double c = std::cos(keyframe.yaw_rad), s = std::sin(keyframe.yaw_rad);
   const Vec2 at = keyframe.outline.sensor_level_m;
   const Vec2 sensor = keyframe.p_map_m + Vec2(c * at.x() - s * at.y(), s * at.x() + c * at.y());
-  // The outline, turned by whole sectors; half a cell short of the obstacle, because the sensor is
-  // taken at the middle of its cell.
+  // Turns the outline by whole sectors; free space ends half a cell before the obstacle, because
+  // the sensor is rounded to the middle of its cell.
   const double turn = keyframe.yaw_rad / (2.0 * std::numbers::pi);
   const auto shift = static_cast<std::int64_t>(std::llround(turn * static_cast<double>(n)));
   std::array<float, n> free_m{};
@@ -215,7 +215,7 @@ CellState ExploreGrid::state_of(const Cell& c) const {
   if (c.hits == 0 && c.passes == 0) return CellState::kUnknown;
   const double odds = log_odds(c);
   if (odds > settings_.occupied) return CellState::kOccupied;
-  // One look is enough (-0.4 is not below -0.4, but no space is seen as little as that).
+  // `<=`, so that a single pass (-0.4) is enough.
   return odds <= settings_.free ? CellState::kFree : CellState::kUnknown;
 }
 

@@ -16,8 +16,8 @@ namespace rali::map {
 
 enum class CellState : std::uint8_t { kUnknown, kFree, kOccupied };
 
-/// A picture of an ExploreGrid: cells row by row from the bottom (smallest y). What lies outside
-/// is unknown.
+/// A snapshot of an ExploreGrid: cells row by row from the bottom (smallest y). All outside is
+/// unknown.
 struct CellMap {
   double cell_m = 0.2;
   geometry::Vec2 origin_map_m = geometry::Vec2::Zero();  ///< corner of the lower-left cell
@@ -47,27 +47,27 @@ struct CellMap {
     return holds(c) ? cells[index(c)] : CellState::kUnknown;
   }
 
-  /// The cell of a place; may lie outside, clamped to two cells beside the map.
+  /// The cell of a position; one outside is clamped to two cells beside the map.
   [[nodiscard]] Cell cell_at(const geometry::Vec2& p_map_m) const;
   [[nodiscard]] geometry::Vec2 centre_m(const Cell& c) const;
 };
 
 /// Free, occupied and unknown space from keyframes of one or many vehicles (algorithms_fleet 9.5).
 ///
-/// A cell keeps how many keyframes hit it and how many looked through it; its log-odds are their
-/// weighted sum, clamped when read. So the order of keyframes means nothing, grids of several
-/// vehicles add up, and a keyframe whose pose was corrected is taken out and placed anew exactly.
-/// Where a vehicle itself has been is free.
+/// A cell counts the keyframes that hit it and those whose rays passed it; its log-odds are their
+/// weighted sum, clamped when read. So the order of keyframes does not matter, grids of several
+/// vehicles add up, and a keyframe whose pose was corrected is removed and inserted again exactly.
+/// Cells that a vehicle has occupied are free.
 class ExploreGrid {
  public:
   explicit ExploreGrid(const ExploreSettings& settings);
 
-  /// Takes a keyframe at its T_map_body; one that is known already is only moved. False if it is
-  /// of no use: lengths that disagree, a pose of no numbers, no ground seen yet by this vehicle,
-  /// or the grid full.
+  /// Adds a keyframe at its T_map_body; a known one is only moved. False if it cannot be used:
+  /// lengths differ, the pose is not finite, this vehicle has seen no ground yet, or the grid is
+  /// full.
   bool add(KeyframeId id, const KeyframeView& keyframe);
 
-  /// Places a keyframe anew if its pose differs. False if it is not known.
+  /// Inserts a keyframe again if its pose differs. False if it is not known.
   bool move(KeyframeId id, const geometry::SE3& T_map_body);
 
   /// False if it is not known.
@@ -75,18 +75,17 @@ class ExploreGrid {
 
   [[nodiscard]] std::size_t keyframes() const { return keyframes_.size(); }
 
-  /// Cells that all calls so far have looked at to place keyframes: what they have cost.
+  /// Cells visited by all insertions so far: a measure of cost.
   [[nodiscard]] std::uint64_t cells_written() const { return cells_written_; }
 
-  /// True once keyframes were refused because of cells_max; they can be added again with a
-  /// coarser grid only.
+  /// True once keyframes were refused because of cells_max; only a coarser grid can hold them.
   [[nodiscard]] bool is_full() const { return full_; }
 
   /// Errors: kNoAnswer without any cell, kMachine if the box around all cells has more than
   /// cells_max.
   [[nodiscard]] Result<CellMap> picture() const;
 
-  /// Clamped log-odds of the cell at a place; 0: nothing known.
+  /// Clamped log-odds of the cell at a position; 0: unknown.
   [[nodiscard]] double log_odds_at(const geometry::Vec2& p_map_m) const;
 
  private:
@@ -94,7 +93,7 @@ class ExploreGrid {
 
   struct Cell {
     std::uint16_t hits = 0, passes = 0, driven = 0;  ///< keyframes
-    std::uint32_t stamp = 0;                         ///< so that one keyframe counts once
+    std::uint32_t stamp = 0;                         ///< makes each keyframe count once
   };
 
   struct Keyframe {
@@ -105,7 +104,7 @@ class ExploreGrid {
 
   [[nodiscard]] std::optional<double> ground_below_body_m(VehicleId vehicle,
                                                           const KeyframeView& keyframe);
-  /// Adds (+1) or takes out (-1) what a keyframe says.
+  /// Adds (+1) or removes (-1) the evidence of a keyframe.
   void place(const Keyframe& keyframe, int sign);
   void place_hits(const Keyframe& keyframe, int sign);
   void place_free(const Keyframe& keyframe, int sign);
@@ -116,11 +115,11 @@ class ExploreGrid {
   [[nodiscard]] double log_odds(const Cell& cell) const;
 
   ExploreSettings settings_;
-  std::int64_t reach_;                ///< of the picture of one keyframe, cells
+  std::int64_t reach_;                ///< radius of one keyframe's evidence, cells
   std::vector<std::uint16_t> polar_;  ///< per cell around the sensor: sector
   std::vector<float> polar_m_;        ///< likewise: distance
   std::map<KeyframeId, Keyframe> keyframes_;
-  std::map<VehicleId, std::vector<double>> heights_m_;  ///< found so far, sorted
+  std::map<VehicleId, std::vector<double>> heights_m_;  ///< ground heights so far, sorted
   VoxelIndex tile_index_;
   std::vector<std::vector<Cell>> tiles_;
   std::vector<std::pair<std::int64_t, std::int64_t>> tile_corner_;

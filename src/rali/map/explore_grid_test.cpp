@@ -15,7 +15,7 @@ using geometry::Vec2;
 using test::look_around;
 using test::pose_at;
 using test::Room;
-using test::Sweep;
+using test::Scan;
 
 KeyframeId key(std::uint32_t seq, std::uint16_t vehicle = 0) { return {VehicleId{vehicle}, seq}; }
 
@@ -26,14 +26,14 @@ CellState state_at(const ExploreGrid& grid, double x, double y) {
 }
 
 /// A sensor at the body's origin, `height_m` above level ground.
-Sweep standing_at(double x, double y, double height_m) {
-  Sweep s;
+Scan standing_at(double x, double y, double height_m) {
+  Scan s;
   s.T_map_body = pose_at(x, y, height_m);
   return s;
 }
 
 /// An upright wall as points, in body: x = distance, y in [-half, half].
-void add_wall(Sweep& s, double distance_m, double half_m, double low_m, double high_m) {
+void add_wall(Scan& s, double distance_m, double half_m, double low_m, double high_m) {
   const double ground_m = -s.T_map_body.p.z();
   for (double y = -half_m; y <= half_m; y += 0.1) {
     for (double z = low_m; z <= high_m; z += 0.2) s.add(distance_m, y, ground_m + z);
@@ -48,7 +48,7 @@ ExploreSettings with_height(double below_m) {
 
 TEST(ExploreGrid, of_one_wall_worked_by_hand) {
   ExploreGrid grid(with_height(0.8));
-  Sweep s = standing_at(0.1, 0.1, 0.8);
+  Scan s = standing_at(0.1, 0.1, 0.8);
   add_wall(s, 4.0, 1.0, 0.0, 2.0);
   ASSERT_TRUE(grid.add(key(0), s.view()));
   EXPECT_NEAR(grid.log_odds_at({4.1, 0.1}), 0.85, 1e-9);
@@ -64,7 +64,7 @@ TEST(ExploreGrid, of_one_wall_worked_by_hand) {
 TEST(ExploreGrid, adds_up_keyframes_and_clamps_their_sum) {
   ExploreGrid grid(with_height(0.8));
   for (std::uint32_t k = 0; k < 6; ++k) {
-    Sweep s = standing_at(0.1, 0.1, 0.8);
+    Scan s = standing_at(0.1, 0.1, 0.8);
     add_wall(s, 4.0, 1.0, 0.0, 2.0);
     // Two vehicles: their evidence is one sum.
     ASSERT_TRUE(grid.add(key(k, static_cast<std::uint16_t>(k % 2)), s.view()));
@@ -95,7 +95,7 @@ TEST(ExploreGrid, a_ring_on_the_floor_is_no_obstacle_and_its_gaps_are_bridged) {
 
 TEST(ExploreGrid, a_ramp_lifts_the_band_and_a_wall_on_it_stays_an_obstacle) {
   ExploreGrid grid(with_height(0.8));
-  Sweep s = standing_at(0.1, 0.1, 0.8);
+  Scan s = standing_at(0.1, 0.1, 0.8);
   const double tan10 = std::tan(10.0 * std::numbers::pi / 180.0);
   for (double x = 1.0; x < 9.0; x += 0.4) {
     for (double y = -1.0; y <= 1.0; y += 0.2) s.add(x, y, -0.8 + std::max(0.0, x - 2.0) * tan10);
@@ -111,7 +111,7 @@ TEST(ExploreGrid, a_ramp_lifts_the_band_and_a_wall_on_it_stays_an_obstacle) {
 
 TEST(ExploreGrid, a_step_is_an_obstacle_and_a_lintel_is_none) {
   ExploreGrid grid(with_height(0.8));
-  Sweep s = standing_at(0.1, 0.1, 0.8);
+  Scan s = standing_at(0.1, 0.1, 0.8);
   for (double y = -1.0; y <= 1.0; y += 0.1) {
     for (double x = 1.0; x < 3.0; x += 0.2) s.add(x, y, -0.8);
     for (double x = 3.05; x < 4.0; x += 0.2) s.add(x, y, -0.6);       // 0.2 m at once
@@ -125,7 +125,7 @@ TEST(ExploreGrid, a_step_is_an_obstacle_and_a_lintel_is_none) {
 TEST(ExploreGrid, a_drop_counts_from_near_and_not_from_afar) {
   for (const double edge_m : {2.0, 8.0}) {
     ExploreGrid grid(with_height(0.8));
-    Sweep s = standing_at(0.1, 0.1, 0.8);
+    Scan s = standing_at(0.1, 0.1, 0.8);
     // Floor up to the edge, then 1 m deeper; the ray over the edge lands (0.8 + 1) / 0.8 as far.
     for (double y = -1.0; y <= 1.0; y += 0.05) {
       for (double x = 0.8; x < edge_m; x += 0.2) s.add(x, y, -0.8);
@@ -141,8 +141,8 @@ TEST(ExploreGrid, a_moved_keyframe_leaves_nothing_behind) {
   const Room room;
   ExploreGrid moved(ExploreSettings{}), right(ExploreSettings{});
   for (std::uint32_t k = 0; k < 5; ++k) {
-    const Sweep s = look_around(room, pose_at(6.0 + k, 5.0, 0.6, 0.2 * k), k, 360);
-    Sweep wrong = s;
+    const Scan s = look_around(room, pose_at(6.0 + k, 5.0, 0.6, 0.2 * k), k, 360);
+    Scan wrong = s;
     wrong.T_map_body = pose_at(8.0 + 3.0 * k, -4.0, 0.6, 1.0);
     ASSERT_TRUE(moved.add(key(k), wrong.view()));
     ASSERT_TRUE(right.add(key(k), s.view()));
@@ -164,10 +164,10 @@ TEST(ExploreGrid, the_order_of_keyframes_means_nothing) {
   const Room room;
   ExploreGrid a(with_height(0.6)), b(with_height(0.6));
   for (std::uint32_t k = 0; k < 6; ++k) {
-    const auto sweep = [&](std::uint32_t i) {
+    const auto scan = [&](std::uint32_t i) {
       return look_around(room, pose_at(4.0 + 2.0 * i, 5.0, 0.6), i, 360);
     };
-    const Sweep first = sweep(k), last = sweep(5 - k);
+    const Scan first = scan(k), last = scan(5 - k);
     a.add(key(k), first.view());
     b.add(key(5 - k), last.view());
   }
@@ -181,32 +181,32 @@ TEST(ExploreGrid, where_a_vehicle_stood_for_long_the_way_is_free_after_it_has_le
   Room room;
   room.cylinders.push_back({12.0, 5.0, 0.3, 1.0});  // another vehicle, standing
   for (std::uint32_t k = 0; k < 20; ++k) {
-    const Sweep s = look_around(room, pose_at(8.0, 5.0, 0.6), k, 720);
+    const Scan s = look_around(room, pose_at(8.0, 5.0, 0.6), k, 720);
     grid.add(key(k), s.view());
   }
   EXPECT_EQ(state_at(grid, 11.75, 5.0), CellState::kOccupied);
-  const Sweep own = look_around(Room{}, pose_at(12.0, 5.0, 0.6), 0.0, 720);
+  const Scan own = look_around(Room{}, pose_at(12.0, 5.0, 0.6), 0.0, 720);
   grid.add(key(0, 1), own.view());
   EXPECT_EQ(state_at(grid, 11.75, 5.0), CellState::kFree);
 }
 
 TEST(ExploreGrid, takes_no_rubbish) {
   ExploreGrid grid(with_height(0.8));
-  Sweep s = standing_at(0.0, 0.0, 0.8);
+  Scan s = standing_at(0.0, 0.0, 0.8);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (int i = 0; i < 50; ++i) s.add(2.0 + 0.01 * i, 0.1 * i, 0.0);
   s.x_m[3] = nan;
   s.y_m[4] = std::numeric_limits<float>::infinity();
   s.z_m[5] = 1e30F;
   EXPECT_TRUE(grid.add(key(0), s.view()));
-  Sweep lost = s;
+  Scan lost = s;
   lost.T_map_body.p.x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(grid.add(key(1), lost.view()));
-  Sweep uneven = s;
+  Scan uneven = s;
   uneven.z_m.pop_back();
   EXPECT_FALSE(grid.add(key(2), uneven.view()));
   EXPECT_TRUE(grid.move(key(0), lost.T_map_body)) << "stays where it was";
-  Sweep far = s;
+  Scan far = s;
   far.T_map_body.p.x() = 1e12;
   grid.add(key(4), far.view());
   EXPECT_TRUE(grid.picture().has_value());
@@ -218,7 +218,7 @@ TEST(ExploreGrid, refuses_to_grow_beyond_its_limit_and_says_so) {
   settings.cells_max = 5e4;
   ExploreGrid grid(settings);
   for (std::uint32_t k = 0; k < 40; ++k) {
-    Sweep s = standing_at(50.0 * k, 0.0, 0.8);
+    Scan s = standing_at(50.0 * k, 0.0, 0.8);
     add_wall(s, 4.0, 1.0, 0.0, 2.0);
     grid.add(key(k), s.view());
   }

@@ -17,10 +17,10 @@ constexpr double kBin_m = 0.4;        ///< steps of that growth
 constexpr double kNearest_m = 0.3;    ///< nearer returns are the vehicle itself
 constexpr double kPatch_m = 1.0;      ///< reach of the ground under the vehicle
 constexpr double kNoise_m = 0.05;     ///< of a height
-constexpr double kGap_m = 3.0;        ///< beyond such a gap one ring of a wall looks like a ramp
-constexpr double kLevel_m = 0.1;      ///< what is level enough to be ground beside a wall
-constexpr double kAbove_m = 0.2;      ///< room above the vehicle
-constexpr double kClearGap_m = 0.45;  ///< no obstacle that matters hides in such a gap
+constexpr double kGap_m = 3.0;        ///< a longer gap makes one ring of a wall look like a ramp
+constexpr double kLevel_m = 0.1;      ///< level enough to be ground beside a wall
+constexpr double kAbove_m = 0.2;      ///< clearance above the vehicle
+constexpr double kClearGap_m = 0.45;  ///< no relevant obstacle fits into such a gap
 
 struct Sample {
   float x_m, y_m, z_m, range_m;  ///< level, relative to the sensor; z above the ground at the body
@@ -53,7 +53,7 @@ class Outliner {
     const Vec3 d = p_level_m - sensor_level_m;
     const double range_m = d.head<2>().norm();
     if (!(range_m >= kNearest_m) || !(range_m < 1e4) || !(std::abs(d.z()) < 1e4)) return;
-    // Beyond the grid's range only its direction counts: all in one last step.
+    // Beyond the grid's range only the direction is used: one last step holds all.
     const auto step = std::min(static_cast<std::size_t>(range_m / kBin_m), steps_ - 1);
     const std::size_t wedge = part_of(turn_of(d.x(), d.y()), kWedges);
     samples_.push_back({static_cast<float>(d.x()), static_cast<float>(d.y()),
@@ -68,7 +68,7 @@ class Outliner {
   }
 
  private:
-  /// A counting sort, stable: the order of the points decides nothing else.
+  /// A stable counting sort: the order of the points has no other effect.
   void sort_into_bins() {
     begin_.assign(kWedges * steps_ + 1, 0);
     for (const Sample& s : samples_) ++begin_[s.bin + 1];
@@ -96,7 +96,7 @@ class Outliner {
       const bool slopes = std::abs(rise_m) <= tan_slope_ * run_m + kNoise_m;
       const bool flat = is_flat(begin, end, low_m);
       const bool far = run_m > kGap_m && rise_m > settings_.step_m;
-      // A ramp, or one ring on a wall: seen better later.
+      // A ramp, or one ring on a wall: undecided until seen from nearer.
       if (slopes && flat && far) continue;
       const bool is_ground = slopes && (flat || rise_m <= kLevel_m) && step + 1 < steps_;
       if (is_ground) ground = {range_m, low_m};
@@ -112,7 +112,7 @@ class Outliner {
     }
   }
 
-  /// Lowest tenth, so that a mirrored point below the floor is not the floor.
+  /// Lowest tenth, so that a mirrored point below the floor is not taken for the floor.
   [[nodiscard]] double lowest(std::size_t begin, std::size_t end) {
     heights_.clear();
     for (std::size_t i = begin; i < end; ++i) heights_.push_back(sorted_[i].z_m);
@@ -121,7 +121,7 @@ class Outliner {
     return static_cast<double>(*nth);
   }
 
-  /// Nothing of a wall above it.
+  /// True if no points of a wall are above it.
   [[nodiscard]] bool is_flat(std::size_t begin, std::size_t end, double low_m) const {
     for (std::size_t i = begin; i < end; ++i) {
       const double above_m = static_cast<double>(sorted_[i].z_m) - low_m;
@@ -130,25 +130,25 @@ class Outliner {
     return true;
   }
 
-  /// The edge is where the ray over it leaves the height of the ground before it.
+  /// The edge is where the ray over it crosses the height of the ground in front of it.
   void mark_drop(std::size_t at, double drop_m, double range_m, ScanOutline& out) {
     if (range_m > settings_.drop_range_m || sensor_height_m_ <= 0.0) return;
-    const double share = sensor_height_m_ / (sensor_height_m_ + drop_m);
-    const auto s = static_cast<float>(share);
-    mark(sorted_[at].x_m * s, sorted_[at].y_m * s, range_m * share, out);
+    const double fraction = sensor_height_m_ / (sensor_height_m_ + drop_m);
+    const auto s = static_cast<float>(fraction);
+    mark(sorted_[at].x_m * s, sorted_[at].y_m * s, range_m * fraction, out);
   }
 
-  /// How far a ray stays in the band, on its way to the floor, a wall or the ceiling: straight
-  /// ahead in a long corridor no ray ends within the band at all.
+  /// How far a ray stays in the band on its way to the floor, a wall or the ceiling: straight ahead
+  /// in a long corridor no ray ends within the band.
   void look_along(const Sample& s, double end_height_m) {
-    const double begin_m = sensor_height_m_, low_m = settings_.band_low_m;
-    if (begin_m < low_m || begin_m > top_m_) return;
-    double share = 1.0;
-    if (end_height_m < low_m) share = (begin_m - low_m) / (begin_m - end_height_m);
-    if (end_height_m > top_m_) share = (top_m_ - begin_m) / (end_height_m - begin_m);
+    const double start_m = sensor_height_m_, low_m = settings_.band_low_m;
+    if (start_m < low_m || start_m > top_m_) return;
+    double fraction = 1.0;
+    if (end_height_m < low_m) fraction = (start_m - low_m) / (start_m - end_height_m);
+    if (end_height_m > top_m_) fraction = (top_m_ - start_m) / (end_height_m - start_m);
     const double turn = turn_of(static_cast<double>(s.x_m), static_cast<double>(s.y_m));
     float& open_m = open_m_[part_of(turn, ScanOutline::kSectors)];
-    open_m = std::max(open_m, static_cast<float>(share) * s.range_m);
+    open_m = std::max(open_m, static_cast<float>(fraction) * s.range_m);
   }
 
   void mark(float x_m, float y_m, double range_m, ScanOutline& out) {
@@ -194,7 +194,8 @@ class Outliner {
   std::size_t steps_, side_;
   std::vector<std::uint8_t> is_hit_;
   std::array<float, ScanOutline::kSectors> nearest_m_{};  ///< obstacle
-  std::array<float, ScanOutline::kSectors> open_m_{};     ///< farthest that a ray was in the band
+  std::array<float, ScanOutline::kSectors> open_m_{};     ///< farthest distance at which a ray was
+                                                          ///< in the band
   std::vector<Sample> samples_, sorted_;
   std::vector<std::uint32_t> begin_;
   std::vector<float> heights_;

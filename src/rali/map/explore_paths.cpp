@@ -79,7 +79,8 @@ PathField::PathField(const CellMap& map, const std::vector<std::uint8_t>& passab
 }
 
 void PathField::flood(std::size_t start) {
-  using Entry = std::pair<float, std::size_t>;  // equal lengths: by cell, so always the same way
+  using Entry = std::pair<float, std::size_t>;  // equal lengths: ordered by cell, so the result is
+                                                // unique
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
   length_m_[start] = 0.0F;
   open.push({0.0F, start});
@@ -121,37 +122,37 @@ bool PathField::sees(const Cell& a, const Cell& b) const {
 
 std::vector<Vec2> PathField::path_to(const Cell& to) const {
   if (!std::isfinite(length_m(to))) return {};
-  std::vector<Cell> way = {to};
-  for (std::uint8_t k = from_[map_->index(to)]; k != kNoStep; k = from_[map_->index(way.back())]) {
-    way.push_back({way.back().x - kSteps[k].x, way.back().y - kSteps[k].y});
+  std::vector<Cell> path = {to};
+  for (std::uint8_t k = from_[map_->index(to)]; k != kNoStep; k = from_[map_->index(path.back())]) {
+    path.push_back({path.back().x - kSteps[k].x, path.back().y - kSteps[k].y});
   }
-  std::reverse(way.begin(), way.end());
-  std::vector<Vec2> corners = {map_->centre_m(way.front())};
+  std::reverse(path.begin(), path.end());
+  std::vector<Vec2> corners = {map_->centre_m(path.front())};
   std::size_t last = 0;
-  for (std::size_t i = 1; i < way.size(); ++i) {
-    // The longest straight piece from the last corner that the way allows.
-    if (i + 1 < way.size() && sees(way[last], way[i + 1])) continue;
-    corners.push_back(map_->centre_m(way[i]));
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    // The longest straight line from the last corner that stays passable.
+    if (i + 1 < path.size() && sees(path[last], path[i + 1])) continue;
+    corners.push_back(map_->centre_m(path[i]));
     last = i;
   }
   return corners;
 }
 
-double sight_share(const CellMap& map, const Vec2& from_map_m, const Vec2& to_map_m) {
+double sight_fraction(const CellMap& map, const Vec2& from_map_m, const Vec2& to_map_m) {
   const double distance_m = (to_map_m - from_map_m).norm();
   if (!std::isfinite(distance_m)) return 0.0;
   const double step_m = 0.5 * map.cell_m;
   const int n = static_cast<int>(std::min(distance_m / step_m, 1e6));
-  double share = 1.0;
+  double fraction = 1.0;
   for (int k = 1; k < n; ++k) {
     const double s = static_cast<double>(k) / n;
     const Vec2 p = from_map_m + s * (to_map_m - from_map_m);
     const CellState state = map.at(map.cell_at(p));
     const bool is_end = s * distance_m < kEnd_m || (1.0 - s) * distance_m < kEnd_m;
     if (state == CellState::kOccupied && !is_end) return 0.0;
-    if (state == CellState::kUnknown) share = 0.5;
+    if (state == CellState::kUnknown) fraction = 0.5;
   }
-  return share;
+  return fraction;
 }
 
 }  // namespace rali::map

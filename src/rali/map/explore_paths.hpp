@@ -12,23 +12,24 @@ namespace rali::map {
 /// obstacle. Same order as `map.cells`; 1 or 0.
 [[nodiscard]] std::vector<std::uint8_t> passable_cells(const CellMap& map, double radius_m);
 
-/// Where somebody stands no other can be: closes the cells nearer than `radius_m`.
+/// Closes the cells nearer than `radius_m` to another vehicle.
 void close_around(const CellMap& map, const geometry::Vec2& place_map_m, double radius_m,
                   std::vector<std::uint8_t>& passable);
 
-/// Shortest ways from one place over passable cells, in eight directions (Dijkstra).
+/// Shortest paths from one position over passable cells, in eight directions (Dijkstra).
 class PathField {
  public:
-  /// A start that is not passable itself (beside a wall, in one's own shadow) begins at the nearest
-  /// passable cell within `escape_m`; without one nothing is reached. `map` must outlive this.
+  /// If the start is not passable (beside a wall, in the vehicle's own shadow), the nearest
+  /// passable cell within `escape_m` replaces it; without one nothing is reached. `map` must
+  /// outlive this.
   PathField(const CellMap& map, const std::vector<std::uint8_t>& passable,
             const geometry::Vec2& start_map_m, double escape_m = 1.0);
 
-  /// Length of the way [m]; infinite if there is none.
+  /// Length of the path [m]; infinite if there is none.
   [[nodiscard]] double length_m(const CellMap::Cell& to) const;
 
-  /// The way from the start, corners only: straight pieces over passable cells. Empty if there is
-  /// none.
+  /// The path from the start as its corners, joined by straight lines over passable cells. Empty if
+  /// there is none.
   [[nodiscard]] std::vector<geometry::Vec2> path_to(const CellMap::Cell& to) const;
 
  private:
@@ -38,13 +39,13 @@ class PathField {
   const CellMap* map_;
   const std::vector<std::uint8_t>* passable_;
   std::vector<float> length_m_;
-  std::vector<std::uint8_t> from_;  ///< direction that the way came by; 8: start or none
+  std::vector<std::uint8_t> from_;  ///< direction of the step into each cell; 8: start or none
 };
 
-/// Chance of sight between two places (algorithms_fleet 10.3, P_los): 0 if an obstacle is between
-/// them, 0.5 if something unknown is, else 1. Obstacles within 0.5 m of the ends are the vehicles
-/// themselves.
-[[nodiscard]] double sight_share(const CellMap& map, const geometry::Vec2& from_map_m,
-                                 const geometry::Vec2& to_map_m);
+/// Probability of line of sight between two positions (algorithms_fleet 10.3, P_los): 0 with an
+/// obstacle between them, 0.5 with unknown space, else 1. Obstacles within 0.5 m of the ends are
+/// the vehicles themselves.
+[[nodiscard]] double sight_fraction(const CellMap& map, const geometry::Vec2& from_map_m,
+                                    const geometry::Vec2& to_map_m);
 
 }  // namespace rali::map

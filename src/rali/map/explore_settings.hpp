@@ -4,8 +4,8 @@
 
 namespace rali::map {
 
-/// The 2-D grid in which frontiers are looked for (algorithms_fleet 9.5). Coarser than the one for
-/// people (GridSettings), and made again whenever poses have changed.
+/// The 2-D grid in which frontiers are searched (algorithms_fleet 9.5). Coarser than the one for
+/// display (GridSettings), and updated whenever poses have changed.
 struct ExploreSettings {
   double cell_m = 0.2;
   double hit = 0.85, pass = -0.4;  ///< log-odds of one keyframe
@@ -17,10 +17,10 @@ struct ExploreSettings {
   double range_m = 20.0;             ///< rays clear and mark cells up to here
   double ground_below_body_m = 0.0;  ///< height of the body over ground; 0 = from the data
   double slope_max_deg = 20.0;       ///< steeper is an obstacle
-  double step_m = 0.15;              ///< likewise what rises at once
-  double drop_m = 0.3;               ///< likewise what falls at once, ...
+  double step_m = 0.15;              ///< higher steps are obstacles
+  double drop_m = 0.3;               ///< deeper drops are obstacles, ...
   double drop_range_m = 5.0;         ///< ... if seen from nearer than this
-  double move_m = 0.05;              ///< keyframes that moved less are not placed anew
+  double move_m = 0.05;              ///< keyframes that moved less are not inserted again
   double cells_max = 2e7;            ///< larger grids are refused
 
   template <class V>

@@ -12,9 +12,10 @@ namespace {
 using geometry::Vec2;
 using Cell = CellMap::Cell;
 
-constexpr std::size_t kMedoidMax = 1000;  ///< more cells: every second, third, ... is asked
+constexpr std::size_t kMedoidMax = 1000;  ///< with more cells only every second, third, ... is
+                                          ///< tried
 constexpr std::size_t kBookMax = 10'000;
-constexpr double kSameSize = 0.2;  ///< share by which a frontier may change and be the same
+constexpr double kSameSize = 0.2;  ///< fraction by which a frontier may change and remain the same
 constexpr double kSame_m = 0.5;
 
 bool touches(const CellMap& map, const Cell& c, CellState state) {
@@ -26,7 +27,7 @@ bool touches(const CellMap& map, const Cell& c, CellState state) {
   return false;
 }
 
-/// An unknown cell at an obstacle is its edge, which rays miss now and then, and not open space.
+/// An unknown cell at an obstacle is its edge, which rays miss at times, and not open space.
 bool has_unknown_neighbour(const CellMap& map, const Cell& c) {
   for (int y = c.y - 1; y <= c.y + 1; ++y) {
     for (int x = c.x - 1; x <= c.x + 1; ++x) {
@@ -62,25 +63,25 @@ Vec2 mean_of(const CellMap& map, const std::vector<Cell>& cells) {
   return sum / static_cast<double>(cells.size());
 }
 
-/// The cell with the smallest sum of distances to the others: always one of them.
+/// The cell with the smallest sum of distances to the others.
 Vec2 medoid_of(const CellMap& map, const std::vector<Cell>& cells) {
   const std::size_t stride = 1 + cells.size() / kMedoidMax;
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   Vec2 best = Vec2::Zero();
   for (const Cell& c : cells) {
     double sum = 0.0;
     for (std::size_t k = 0; k < cells.size(); k += stride) {
       sum += std::hypot(c.x - cells[k].x, c.y - cells[k].y);
     }
-    if (!(sum < least)) continue;
-    least = sum;
+    if (!(sum < minimum)) continue;
+    minimum = sum;
     best = map.centre_m(c);
   }
   return best;
 }
 
-/// Unknown cells that are joined to the frontier through unknown ones within `reach` steps; outside
-/// the map all is unknown.
+/// Unknown cells that are joined to the frontier through unknown ones within `reach` steps; all
+/// cells outside the map are unknown.
 double unknown_area(const CellMap& map, const std::vector<Cell>& cells, int reach) {
   const int width = map.width + 2 * reach;
   const auto slot = [&](const Cell& c) {

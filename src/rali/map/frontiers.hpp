@@ -27,7 +27,7 @@ struct FrontierSettings {
   double merge_m = 2.0;          ///< frontiers of several vehicles nearer than this are one (paper)
   double unknown_reach_m = 5.0;  ///< unknown space behind a frontier counts up to here
   double visit_m = 1.0;          ///< nearer than this is a visit
-  double visits_max = 2.0;       ///< visits without change after which it is given up
+  double visits_max = 2.0;       ///< visits without change after which a frontier is given up
 
   template <class V>
   void visit(V& v) {
@@ -46,22 +46,22 @@ enum class FrontierState : std::uint8_t { kOpen, kExplored, kTooSmall, kUnreacha
 
 /// Edge between free and unknown space.
 struct FrontierArea {
-  std::uint32_t id = 0;  ///< given by FrontierBook, from 1; stays while the frontier does
+  std::uint32_t id = 0;  ///< given by FrontierBook, from 1; constant for the frontier's life
   FrontierState state = FrontierState::kOpen;
-  std::vector<CellMap::Cell> cells;  ///< of the map it was found in, by index
+  std::vector<CellMap::Cell> cells;  ///< of its map, by index
   geometry::Vec2 centre_map_m = geometry::Vec2::Zero();
   double length_m = 0.0;  ///< side of a cell times the number of cells
   double unknown_area_m2 = 0.0;
   double size = 0.0;        ///< by FrontierSettings::size: cells, m or m2
-  std::size_t nearest = 0;  ///< which of the places has the shortest way to it
-  double path_m = 0.0;      ///< length of that way; infinite if unreachable
+  std::size_t nearest = 0;  ///< index of the vehicle with the shortest path to it
+  double path_m = 0.0;      ///< length of that path; infinite if unreachable
   bool tried = false;       ///< unreachable though the map shows a path: no vehicle found one
 };
 
 /// All frontiers of a map, by their first cell: free cells with an unknown neighbour that a vehicle
-/// can be on, joined in eight directions (Yamauchi 1997; algorithms_fleet 10.2). `from` are the
-/// fields of ways of the vehicles; a frontier that none of them reaches is kUnreachable, one that
-/// is too short kTooSmall: both are told, so that "no frontier" has a reason (U39).
+/// can occupy, joined in eight directions (Yamauchi 1997; algorithms_fleet 10.2). `from` are the
+/// path fields of the vehicles; a frontier that none of them reaches is kUnreachable, one that is
+/// too short kTooSmall. Both are returned, so that "no frontier" has a reason (U39).
 [[nodiscard]] std::vector<FrontierArea> find_frontiers(const CellMap& map,
                                                        const std::vector<std::uint8_t>& passable,
                                                        std::span<const PathField> from,
@@ -78,32 +78,31 @@ struct VehicleFrontiers {
 [[nodiscard]] std::vector<FrontierArea> merge_frontiers(std::span<const VehicleFrontiers> lists,
                                                         const FrontierSettings& settings);
 
-/// Gives frontiers their names over time, and gives up those that visits do not change (glass, gaps
+/// Gives frontiers persistent ids, and gives up those that visits do not change (glass, gaps
 /// between rings).
 class FrontierBook {
  public:
   explicit FrontierBook(const FrontierSettings& settings) : settings_(settings) {}
 
-  /// Sets id and, where given up, kExplored. To be called with each new list.
+  /// Sets the id and, for those given up, kExplored. Call it with each new list.
   void name(std::vector<FrontierArea>& frontiers);
 
-  /// A vehicle has arrived here, on its way to a frontier or by chance; once per arrival.
+  /// A vehicle has arrived here, on its way to a frontier or by chance; call it once per arrival.
   void visited(const geometry::Vec2& place_map_m);
 
-  /// A vehicle that was sent here found no path. Unlike a visit this tells nothing about what
-  /// lies behind.
+  /// A vehicle sent here found no path. Unlike a visit, this is no evidence of what lies behind.
   void found_no_path(VehicleId vehicle, const geometry::Vec2& place_map_m);
 
   [[nodiscard]] bool has_no_path(VehicleId vehicle, const geometry::Vec2& place_map_m) const;
 
-  /// Open frontiers to which none of the vehicles found a path become kUnreachable.
+  /// Open frontiers to which no vehicle found a path become kUnreachable.
   void give_up_unreached(std::vector<FrontierArea>& frontiers,
                          std::span<const VehicleId> vehicles) const;
 
-  /// Goes on where somebody else's newer book ends: frontiers keep their names and their visits.
+  /// Continues from another, newer book: frontiers keep their ids and visits.
   void take(const FrontierMemory& newer);
 
-  /// The frontiers of the last list, or as taken.
+  /// The frontiers of the last list, or those taken over.
   [[nodiscard]] FrontierMemory memory() const;
 
  private:

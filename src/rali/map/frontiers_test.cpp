@@ -132,7 +132,7 @@ TEST(Frontiers, a_corridor_longer_than_sight_is_open_at_its_end) {
   FrontierArea largest;
   for (const FrontierArea& f : found(*map, {2.0, 1.2}, FrontierSettings{}, 0.3)) {
     if (f.state != FrontierState::kOpen) continue;
-    // Behind the vehicle and beside it all is known.
+    // The space behind the vehicle and beside it is known.
     EXPECT_GT(f.centre_map_m.x(), 15.0) << f.centre_map_m.transpose();
     if (f.size > largest.size) largest = f;
   }
@@ -195,8 +195,8 @@ TEST(FrontierBook, a_frontier_that_moves_on_keeps_its_name_and_its_visits_start_
   EXPECT_EQ(list[0].state, FrontierState::kOpen);
 }
 
-// Each anchor once had a book of its own: where one had sent a vehicle twice, the next sent it
-// twice again, and named the frontier anew.
+// Regression: with a book per anchor, a new anchor sent a vehicle twice again to a frontier that
+// had been visited twice, and gave it a new id.
 TEST(FrontierBook, goes_on_where_another_one_ends) {
   const CellMap map = drawn(kCorridor);
   FrontierBook first{FrontierSettings{}};
@@ -252,7 +252,7 @@ TEST(PathField, goes_around_a_wall_the_short_way) {
   const CellMap map = drawn({".......", ".......", "..####.", ".......", "......."});
   const auto passable = passable_cells(map, 0.0);
   const PathField field(map, passable, {0.9, 0.3});  // cell 4, 1
-  // Up to row 3: three cells to the right end and round it (4,1)-(5,1)-(6,2)-(5,3)-(4,3).
+  // To row 3 around the right end by these cells: (4,1)-(5,1)-(6,2)-(5,3)-(4,3).
   EXPECT_NEAR(field.length_m({4, 3}), 0.2 * (2.0 + 2.0 * std::sqrt(2.0)), 1e-6);
   const auto path = field.path_to({4, 3});
   ASSERT_GE(path.size(), 3U);
@@ -272,13 +272,14 @@ TEST(PathField, leaves_the_shadow_of_a_wall_and_nothing_beyond) {
   EXPECT_FALSE(std::isfinite(PathField(map, passable, {nan, nan}).length_m({7, 3})));
 }
 
-TEST(SightShare, is_none_through_a_wall_and_half_through_the_unknown) {
+TEST(SightFraction, is_none_through_a_wall_and_half_through_the_unknown) {
   const CellMap map =
       drawn({"..........#.........", "..........#.........", "..........          "});
-  EXPECT_EQ(sight_share(map, {0.1, 0.5}, {1.9, 0.5}), 1.0);
-  EXPECT_EQ(sight_share(map, {0.1, 0.5}, {3.9, 0.5}), 0.0);
-  EXPECT_EQ(sight_share(map, {0.1, 0.1}, {3.9, 0.1}), 0.5);
-  EXPECT_EQ(sight_share(map, {1.9, 0.5}, {3.9, 0.5}), 1.0) << "an obstacle at the end is a vehicle";
+  EXPECT_EQ(sight_fraction(map, {0.1, 0.5}, {1.9, 0.5}), 1.0);
+  EXPECT_EQ(sight_fraction(map, {0.1, 0.5}, {3.9, 0.5}), 0.0);
+  EXPECT_EQ(sight_fraction(map, {0.1, 0.1}, {3.9, 0.1}), 0.5);
+  EXPECT_EQ(sight_fraction(map, {1.9, 0.5}, {3.9, 0.5}), 1.0)
+      << "an obstacle at the end is a vehicle";
 }
 
 }  // namespace

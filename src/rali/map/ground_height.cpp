@@ -30,7 +30,7 @@ std::optional<double> ground_below_body(const KeyframeView& keyframe) {
     sum_m[bin] += below_m;
     ++total;
   }
-  // The ground is the lowest bin pair that holds a fair share; single deeper points are mirrors.
+  // The ground is the lowest pair of bins with enough points; single deeper points are mirrored.
   const std::size_t needed = std::max(kPointsMin, total / 10);
   for (std::size_t bin = kBins - 1; bin > 0; --bin) {
     const std::size_t n = count[bin] + count[bin - 1];

@@ -10,13 +10,14 @@
 
 namespace rali::map {
 
-/// One keyframe as the map sees it. The spans have equal length and hold during the call only.
+/// One keyframe as input of the map. The spans have equal length and are valid during the call
+/// only.
 struct KeyframeView {
   Time t;
   std::uint8_t vehicle = 0;
   geometry::SE3 T_map_body;
   geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
-  geometry::SE3 T_body_lidar;                          ///< where the rays start
+  geometry::SE3 T_body_lidar;                          ///< ray origin
   std::span<const float> x_m, y_m, z_m;                ///< in body, deskewed to t
   std::span<const float> intensity;                    ///< may be empty
   std::span<const std::uint16_t> ring;                 ///< may be empty
@@ -30,13 +31,13 @@ struct KeyframeView {
   }
 };
 
-/// True if lengths agree and the pose and its covariance are numbers: what may enter the map.
+/// True if lengths agree and the pose and its covariance are finite: only such may enter the map.
 [[nodiscard]] bool is_usable(const KeyframeView& keyframe);
 
 using KeyframeVisitor = std::function<void(const KeyframeView&)>;
 
-/// Hands all keyframes to the visitor, one after the other, in the same order at each call: they
-/// lie on disk and need not fit into memory. Fails as its files do.
+/// Passes all keyframes to the visitor, one after the other, in the same order at each call: they
+/// are on disk and need not fit into memory. Fails if a file cannot be read.
 using KeyframeStream = std::function<Status(const KeyframeVisitor&)>;
 
 }  // namespace rali::map

@@ -13,7 +13,7 @@ namespace rali::map {
 namespace {
 
 constexpr double kBytesPerMb = 1e6;
-/// Beyond this a float32 shows steps above 0.25 mm.
+/// Beyond this float32 has steps above 0.25 mm.
 constexpr double kFloatReach_m = 4000.0;
 
 float mean_with(float mean, float value, std::uint32_t count) {
@@ -87,7 +87,7 @@ MapBuilder::Cell* MapBuilder::cell_for(VoxelKey key) {
 }
 
 bool MapBuilder::has_room() const {
-  if (cells_.size() >= 0xfffffffeULL) return false;  // what a 32-bit index can name
+  if (cells_.size() >= 0xfffffffeULL) return false;  // limit of a 32-bit index
   if (settings_.max_memory_mb <= 0.0) return true;
   const std::size_t needed =
       index_.memory_bytes_at_next_insert() + cells_.memory_bytes_at_next_push();

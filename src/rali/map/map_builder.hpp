@@ -14,10 +14,10 @@
 
 namespace rali::map {
 
-/// Merges keyframes into one point per voxel: mean position, mean intensity, expected error, how
-/// many keyframes saw it.
+/// Merges keyframes into one point per voxel: mean position, mean intensity, expected error, number
+/// of keyframes that saw it.
 ///
-/// Expected error: what keyframes share does not average away. The pose errors of neighbouring
+/// Expected error: errors common to keyframes do not average out. The pose errors of neighbouring
 /// keyframes are almost the same error, so the mean of k points carries the mean of their pose
 /// sigmas (the bound for full correlation, Cauchy-Schwarz), while range and bearing noise are
 /// independent and shrink with 1/k:
@@ -26,7 +26,7 @@ class MapBuilder {
  public:
   explicit MapBuilder(const MapSettings& settings);
 
-  /// Adds the points of one keyframe. One that is_usable() refuses is left out and counted.
+  /// Adds the points of one keyframe. One that fails is_usable() is left out and counted.
   void add(const KeyframeView& keyframe);
 
   struct Parts {
@@ -34,7 +34,7 @@ class MapBuilder {
     MapCloud removed;
   };
 
-  /// The map, sorted by voxel (x, y, z); in order of arrival if every point is kept. Places for
+  /// The map, sorted by voxel (x, y, z); in order of arrival if every point is kept. Points for
   /// which `is_removed(p_map)` holds go to the second part; an empty function removes nothing.
   [[nodiscard]] Parts finish(const std::function<bool(const geometry::Vec3&)>& is_removed,
                              FindingList& findings) const;
@@ -46,8 +46,8 @@ class MapBuilder {
   }
 
  private:
-  /// Means of what fell into one voxel. Positions are offsets from the voxel's corner, where a
-  /// float is exact to nanometres however far the map reaches.
+  /// Means of the points in one voxel. Positions are offsets from the voxel's corner, where a float
+  /// is exact to nanometres however large the map is.
   struct Cell {
     VoxelKey key = kNoVoxel;
     float x_m = 0.0F, y_m = 0.0F, z_m = 0.0F;

@@ -73,10 +73,10 @@ TEST(PointError, one_degree_of_yaw_moves_a_point_at_ten_metres_by_17_cm) {
 
 TEST(MapBuilder, two_points_of_one_voxel_become_their_mean) {
   MapBuilder builder(without_noise());
-  test::Sweep sweep;
-  sweep.add(1.01, 2.01, 3.01, 0, 10.0F);
-  sweep.add(1.03, 2.03, 3.03, 0, 30.0F);
-  builder.add(sweep.view());
+  test::Scan scan;
+  scan.add(1.01, 2.01, 3.01, 0, 10.0F);
+  scan.add(1.03, 2.03, 3.03, 0, 30.0F);
+  builder.add(scan.view());
   const MapCloud map = finished(builder);
   ASSERT_EQ(map.size(), 1U);
   EXPECT_NEAR(map.x_m[0], 1.02F, 1e-5F);
@@ -89,11 +89,11 @@ TEST(MapBuilder, voxel_zero_keeps_every_point_in_order) {
   MapSettings s = without_noise();
   s.voxel_m = 0.0;
   MapBuilder builder(s);
-  test::Sweep sweep;
-  sweep.add(5.0, 0, 0);
-  sweep.add(1.0, 0, 0);
-  sweep.add(1.0, 0, 0);
-  builder.add(sweep.view());
+  test::Scan scan;
+  scan.add(5.0, 0, 0);
+  scan.add(1.0, 0, 0);
+  scan.add(1.0, 0, 0);
+  builder.add(scan.view());
   const MapCloud map = finished(builder);
   ASSERT_EQ(map.size(), 3U);
   EXPECT_FLOAT_EQ(map.x_m[0], 5.0F);
@@ -102,34 +102,34 @@ TEST(MapBuilder, voxel_zero_keeps_every_point_in_order) {
 
 TEST(MapBuilder, seen_counts_keyframes_not_points) {
   MapBuilder builder(without_noise());
-  test::Sweep sweep;
-  for (int i = 0; i < 5; ++i) sweep.add(1.01, 2.01, 3.01);
-  for (int k = 0; k < 3; ++k) builder.add(sweep.view());
+  test::Scan scan;
+  for (int i = 0; i < 5; ++i) scan.add(1.01, 2.01, 3.01);
+  for (int k = 0; k < 3; ++k) builder.add(scan.view());
   EXPECT_EQ(finished(builder).seen[0], 3);
 }
 
 TEST(MapBuilder, range_noise_averages_away_but_a_shared_pose_error_does_not) {
   MapSettings s = without_noise();
   s.range_sigma_m = 0.02;
-  test::Sweep sweep;
-  sweep.add(1.01, 2.01, 3.01);
+  test::Scan scan;
+  scan.add(1.01, 2.01, 3.01);
   MapBuilder noise_only(s);
-  for (int k = 0; k < 100; ++k) noise_only.add(sweep.view());
+  for (int k = 0; k < 100; ++k) noise_only.add(scan.view());
   EXPECT_NEAR(finished(noise_only).sigma_m[0], 0.002F, 1e-6F);
 
-  sweep.covariance.bottomRightCorner<3, 3>() = geometry::Mat3::Identity() * 0.01;
+  scan.covariance.bottomRightCorner<3, 3>() = geometry::Mat3::Identity() * 0.01;
   MapBuilder with_pose(s);
-  for (int k = 0; k < 100; ++k) with_pose.add(sweep.view());
+  for (int k = 0; k < 100; ++k) with_pose.add(scan.view());
   // sqrt(3 * 0.01 + 0.02^2 / 100)
   EXPECT_NEAR(finished(with_pose).sigma_m[0], std::sqrt(0.030004F), 1e-5F);
 }
 
 TEST(MapBuilder, points_that_are_not_numbers_are_left_out_and_said) {
   MapBuilder builder(without_noise());
-  test::Sweep sweep;
-  sweep.add(std::numeric_limits<double>::quiet_NaN(), 0, 0);
-  sweep.add(1, 1, 1);
-  builder.add(sweep.view());
+  test::Scan scan;
+  scan.add(std::numeric_limits<double>::quiet_NaN(), 0, 0);
+  scan.add(1, 1, 1);
+  builder.add(scan.view());
   FindingList findings;
   EXPECT_EQ(builder.finish({}, findings).map.size(), 1U);
   ASSERT_EQ(findings.size(), 1U);
@@ -138,10 +138,10 @@ TEST(MapBuilder, points_that_are_not_numbers_are_left_out_and_said) {
 
 TEST(MapBuilder, a_keyframe_with_a_pose_that_is_no_number_is_refused) {
   MapBuilder builder(without_noise());
-  test::Sweep sweep;
-  sweep.add(1, 1, 1);
-  sweep.T_map_body.p.x() = std::numeric_limits<double>::quiet_NaN();
-  builder.add(sweep.view());
+  test::Scan scan;
+  scan.add(1, 1, 1);
+  scan.T_map_body.p.x() = std::numeric_limits<double>::quiet_NaN();
+  builder.add(scan.view());
   FindingList findings;
   EXPECT_EQ(builder.finish({}, findings).map.size(), 0U);
   ASSERT_EQ(findings.size(), 1U);
@@ -152,9 +152,9 @@ TEST(MapBuilder, a_memory_limit_ends_the_map_with_an_error_not_the_program) {
   MapSettings s = without_noise();
   s.max_memory_mb = 1.0;
   MapBuilder builder(s);
-  test::Sweep sweep;
-  for (int i = 0; i < 60000; ++i) sweep.add(0.1 * i, 0, 0);
-  builder.add(sweep.view());
+  test::Scan scan;
+  for (int i = 0; i < 60000; ++i) scan.add(0.1 * i, 0, 0);
+  builder.add(scan.view());
   EXPECT_LE(static_cast<double>(builder.memory_bytes()), 1e6);
   EXPECT_LT(builder.size(), 60000U);
   FindingList findings;
@@ -166,10 +166,10 @@ TEST(MapBuilder, a_memory_limit_ends_the_map_with_an_error_not_the_program) {
 
 TEST(MapBuilder, the_map_comes_sorted_by_voxel_whatever_the_order_of_arrival) {
   MapBuilder builder(without_noise());
-  test::Sweep sweep;
+  test::Scan scan;
   Rng rng(1, "order");
-  for (int i = 0; i < 1000; ++i) sweep.add(rng.uniform(-9, 9), rng.uniform(-9, 9), 0);
-  builder.add(sweep.view());
+  for (int i = 0; i < 1000; ++i) scan.add(rng.uniform(-9, 9), rng.uniform(-9, 9), 0);
+  builder.add(scan.view());
   const MapCloud map = finished(builder);
   for (std::size_t i = 1; i < map.size(); ++i) {
     EXPECT_LE(std::floor(map.x_m[i - 1] / 0.05F), std::floor(map.x_m[i] / 0.05F) + 1.0F);
@@ -178,10 +178,10 @@ TEST(MapBuilder, the_map_comes_sorted_by_voxel_whatever_the_order_of_arrival) {
 
 TEST(MapBuilder, far_from_the_origin_coordinates_keep_their_millimetres) {
   MapBuilder builder(without_noise());
-  test::Sweep sweep;
-  sweep.T_map_body.p = {40000.0, -12000.0, 0.0};
-  sweep.add(1.012, 0, 0);
-  builder.add(sweep.view());
+  test::Scan scan;
+  scan.T_map_body.p = {40000.0, -12000.0, 0.0};
+  scan.add(1.012, 0, 0);
+  builder.add(scan.view());
   const MapCloud map = finished(builder);
   ASSERT_EQ(map.size(), 1U);
   EXPECT_EQ(map.origin_map_m.x(), 40000.0);

@@ -13,18 +13,18 @@ namespace {
 
 constexpr double kTile_m = 0.8;
 constexpr double kTileRadius_m = 0.693;  ///< half the diagonal of a tile
-/// Tiles that one block of the executor looks at.
+/// Tiles per block of the executor.
 constexpr std::size_t kTilesAtOnce = 64;
 
-/// Places this near to a wall that goes on are the wall's.
+/// Places this near to a wall that extends beyond belong to the wall.
 constexpr double kOnPlane_m = 0.05;
-/// Fewer places on planes do not tell whether a keyframe sees through walls.
+/// With fewer places on planes, the test of a keyframe against walls is not significant.
 constexpr std::size_t kPlanePlacesMin = 50;
-/// Of walls that another vehicle made a keyframe looks through 2.4 % at most in right maps of the
-/// campaign, and through 43 to 99 % in those of wrong start poses or of an anchor that was moved.
-constexpr double kOthersShareMax = 0.2;
+/// Limit for walls that another vehicle saw first. Rays of a keyframe pass 2.4 % of them at most in
+/// correct maps of the campaign, 43 to 99 % with wrong start poses or an anchor that was moved.
+constexpr double kOthersFractionMax = 0.2;
 
-/// Variance of the position of a place 10 m away, per axis, by the keyframe's own covariance.
+/// Variance per axis of the position of a place 10 m away, by the keyframe's own covariance.
 double pose_variance_m2(const KeyframeView& keyframe) {
   const double position_m2 = keyframe.covariance.bottomRightCorner<3, 3>().trace();
   const double rotation_rad2 = keyframe.covariance.topLeftCorner<3, 3>().trace();
@@ -129,20 +129,20 @@ WallLooks MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
   looker_pose_m2_ = pose_variance_m2(keyframe);
   const SightLimits limits = sight_limits();
   find_seen_tiles(T_lidar_map, limits);
-  sights_.resize(places_.size());
-  // Each tile is written by one block only, so the order of the blocks does not matter.
+  lines_of_sight_.resize(places_.size());
+  // Only one block writes each tile, so the order of the blocks does not matter.
   executor.for_blocks(near_.size(), kTilesAtOnce,
                       [&](std::size_t, std::size_t begin, std::size_t end) {
                         for (std::size_t i = begin; i < end; ++i) {
                           const Tile& tile = tiles_[near_[i]];
                           for (std::size_t k = tile.begin; k < tile.end; ++k) {
-                            sights_[k] = look_at(places_[k], T_lidar_map, limits);
+                            lines_of_sight_[k] = look_at(places_[k], T_lidar_map, limits);
                           }
                         }
                       });
   const WallLooks walls = wall_looks(keyframe.vehicle);
   if (sees_through_walls(walls)) {
-    ++doubted_;
+    ++suspected_;
     mark_looked_through();
   } else {
     count(static_cast<float>(seconds_between(t_first_, keyframe.t)));
@@ -150,15 +150,16 @@ WallLooks MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
   return walls;
 }
 
-/// Of its own walls a vehicle sees thousands, of a corridor that another has laid across its way a
-/// few hundred: those of others count apart, and by more, for people who stand are theirs, too.
+/// A vehicle sees thousands of its own walls, but only a few hundred of another vehicle's wrongly
+/// placed ones. So walls of others count apart, with a higher limit, because people who stand are
+/// among them, too.
 bool MotionFilter::sees_through_walls(const WallLooks& walls) const {
-  const auto more = [](std::size_t passes, std::size_t looks, double share) {
+  const auto more = [](std::size_t passes, std::size_t looks, double fraction) {
     return looks >= kPlanePlacesMin &&
-           static_cast<double>(passes) > share * static_cast<double>(looks);
+           static_cast<double>(passes) > fraction * static_cast<double>(looks);
   };
-  return more(walls.passes, walls.looks, settings_.look_share_max) ||
-         more(walls.others_passes, walls.others_looks, kOthersShareMax);
+  return more(walls.passes, walls.looks, settings_.look_fraction_max) ||
+         more(walls.others_passes, walls.others_looks, kOthersFractionMax);
 }
 
 SightLimits MotionFilter::sight_limits() const {
@@ -166,7 +167,7 @@ SightLimits MotionFilter::sight_limits() const {
           settings_.voxel_m, 0.5 * settings_.margin_m, settings_.thin_m};
 }
 
-/// Behind walls nothing is seen: most places of a building are never looked at one by one.
+/// Skips tiles behind walls: most places of a building are then never tested one by one.
 void MotionFilter::find_seen_tiles(const geometry::SE3& T_lidar_map, const SightLimits& limits) {
   near_.clear();
   for (std::size_t i = 0; i < tiles_.size(); ++i) {
@@ -189,10 +190,10 @@ Sight MotionFilter::look_at(const Place& place, const geometry::SE3& T_lidar_map
   return along ? Sight::kUnknown : sight;
 }
 
-/// Rays start where the LiDAR was while it turned, up to 0.1 m from where the keyframe says. Along
-/// a wall this far aside is this side of it or that: from a doorway, in line with the wall, all of
-/// it is looked through. Only a ray that ends behind the plane by the size of a place has gone
-/// through.
+/// Rays start up to 0.1 m from the keyframe's pose, because the LiDAR moves during the scan. In
+/// line with a wall, this error suffices to put all of the wall on the wrong side of the rays, as
+/// in a doorway. So a ray has passed a wall only if it ends behind its plane by the size of a
+/// place.
 bool MotionFilter::grazes(const Place& place, const geometry::SE3& T_lidar_map,
                           const geometry::Vec3& p_lidar_m, const SightLimits& limits) const {
   if (place.wall == kNoWall) return false;
@@ -205,8 +206,8 @@ WallLooks MotionFilter::wall_looks(std::uint8_t vehicle) const {
   WallLooks out;
   for (const std::size_t i : near_) {
     for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
-      if (places_[k].wall == kNoWall || sights_[k] == Sight::kUnknown) continue;
-      const std::size_t passed = sights_[k] == Sight::kPassed ? 1 : 0;
+      if (places_[k].wall == kNoWall || lines_of_sight_[k] == Sight::kUnknown) continue;
+      const std::size_t passed = lines_of_sight_[k] == Sight::kPassed ? 1 : 0;
       if (vehicle_of_[places_[k].maker] != vehicle) {
         ++out.others_looks;
         out.others_passes += passed;
@@ -222,7 +223,7 @@ WallLooks MotionFilter::wall_looks(std::uint8_t vehicle) const {
 void MotionFilter::mark_looked_through() {
   for (const std::size_t i : near_) {
     for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
-      if (places_[k].wall == kNoWall || sights_[k] != Sight::kPassed) continue;
+      if (places_[k].wall == kNoWall || lines_of_sight_[k] != Sight::kPassed) continue;
       places_[k].looked_through = true;
     }
   }
@@ -243,8 +244,8 @@ void MotionFilter::count(float t_s) {
     for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
       Place& place = places_[k];
       if (!is_comparable(place)) continue;
-      if (sights_[k] == Sight::kHit && place.hits < 0xffff) ++place.hits;
-      if (sights_[k] != Sight::kPassed || place.passes == 0xffff) continue;
+      if (lines_of_sight_[k] == Sight::kHit && place.hits < 0xffff) ++place.hits;
+      if (lines_of_sight_[k] != Sight::kPassed || place.passes == 0xffff) continue;
       if (place.passes++ == 0) place.first_pass_s = t_s;
       place.last_pass_s = t_s;
     }
@@ -256,10 +257,10 @@ bool MotionFilter::is_empty_place(const Place& place) const {
   const double looks = passes + place.hits;
   const double apart_s = static_cast<double>(std::abs(place.last_pass_s - place.first_pass_s));
   const bool long_enough = settings_.passes_min < 2.0 || apart_s >= settings_.separation_s;
-  return passes >= settings_.passes_min && passes > settings_.pass_share * looks && long_enough;
+  return passes >= settings_.passes_min && passes > settings_.pass_fraction * looks && long_enough;
 }
 
-double MotionFilter::plane_share_lost() const {
+double MotionFilter::plane_fraction_lost() const {
   std::size_t on_planes = 0, lost = 0;
   for (const Place& place : places_) {
     if (place.wall == kNoWall) continue;
@@ -280,8 +281,8 @@ void MotionFilter::decide(FindingList& findings) {
     place.removed = is_empty_place(place) || is_of_peer(place);
     if (place.removed) ++removed_;
   }
-  const double share = plane_share_lost();
-  if (removed_ == 0 || share <= settings_.plane_share_max) return;
+  const double fraction = plane_fraction_lost();
+  if (removed_ == 0 || fraction <= settings_.plane_fraction_max) return;
   for (Place& place : places_) place.removed = false;
   removed_ = 0;
   Finding finding;
@@ -289,11 +290,11 @@ void MotionFilter::decide(FindingList& findings) {
   finding.text = fmt::format(
       "moving objects were not removed: {:.1f} % of the walls would have "
       "gone with them (limit {:.1f} %)",
-      100.0 * share, 100.0 * settings_.plane_share_max);
+      100.0 * fraction, 100.0 * settings_.plane_fraction_max);
   finding.effect = "people and vehicles stay in the map";
   finding.remedy = "Rays through walls mean wrong poses: check the map for doubled walls.";
-  finding.value = share;
-  finding.limit = settings_.plane_share_max;
+  finding.value = fraction;
+  finding.limit = settings_.plane_fraction_max;
   findings.push_back(std::move(finding));
 }
 

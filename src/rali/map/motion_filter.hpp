@@ -16,32 +16,32 @@ namespace rali::map {
 
 /// How a keyframe agrees with the walls of the map, its own included.
 struct WallLooks {
-  std::size_t looks = 0;   ///< places on planes of which its rays say something
-  std::size_t passes = 0;  ///< of these, that a ray went through: wrong where it happens often
-  /// The same of walls that another vehicle was the first to see, however well the poses are known.
+  std::size_t looks = 0;   ///< places on planes that its rays hit or passed
+  std::size_t passes = 0;  ///< of these, that a ray passed: often means a wrong pose
+  /// The same for walls that another vehicle saw first, whatever the pose sigmas.
   std::size_t others_looks = 0, others_passes = 0;
 };
 
-/// The walls that a keyframe was the first to see, in the eyes of others.
+/// The walls that a keyframe saw first, as tested by other keyframes.
 struct WallsMade {
   std::size_t places = 0;
-  std::size_t passed = 0;  ///< of these, by keyframes that look through walls
+  std::size_t passed = 0;  ///< of these, by keyframes whose rays pass walls
 };
 
-/// Finds the places that were occupied for a while only: people, other vehicles.
+/// Finds the places that were occupied only for a while: people, other vehicles.
 ///
 /// Two passes over the keyframes. The first collects the places (cubes of 0.1 m with their mean
-/// point), the second asks each keyframe's rays about each place near it. A place is taken out if
-/// enough keyframes, over enough time, looked through it and few got a return from it. A place that
-/// nobody looked through again is kept: without evidence nothing is removed.
+/// point), the second tests each keyframe's rays against each place near it. A place is removed if
+/// enough keyframes, over enough time, had rays through it and few got a return from it. A place
+/// that no later ray passed is kept: nothing is removed without evidence.
 ///
-/// Vehicles of the fleet need no such evidence, where they were is known: what was only ever seen
-/// within their room while they were there is theirs, unless it lies on a surface that goes on
-/// beyond (the floor they stand on, the wall beside).
+/// Vehicles of the fleet need no such evidence, because their poses are known: places seen only
+/// near them while they were there are removed. Places on a surface that extends beyond (the floor
+/// below, the wall beside) are kept.
 ///
-/// What protects from wrong poses: keyframes that see through walls prove nothing, nor do those
-/// whose pose is known much worse, or much better, than that which saw the place. The stated
-/// uncertainty itself is no measure: of it, keyframes near each other share almost all.
+/// Protection from wrong poses: keyframes whose rays pass walls are not used, nor those whose pose
+/// sigma is much larger, or much smaller, than that of the keyframes that saw the place. The stated
+/// covariance itself is no criterion, because neighbouring keyframes share almost all of it.
 class MotionFilter {
  public:
   explicit MotionFilter(const DynamicSettings& settings);
@@ -50,22 +50,22 @@ class MotionFilter {
   void collect(const KeyframeView& keyframe);
   /// Second pass, after all keyframes were collected.
   WallLooks look(const KeyframeView& keyframe, Executor& executor);
-  /// Decides. Removes nothing, with a Finding, if more than `plane_share_max` of the walls would
-  /// go: then the poses are wrong, not the walls.
+  /// Decides. Removes nothing, with a Finding, if more than `plane_fraction_max` of the walls would
+  /// be removed: then the poses are wrong.
   void decide(FindingList& findings);
 
   /// After the second pass: of each keyframe, in the order of collect().
   [[nodiscard]] std::vector<WallsMade> walls_made() const;
 
-  /// After decide(): was this place occupied for a while only?
+  /// After decide(): whether this place was occupied only for a while.
   [[nodiscard]] bool is_removed(const geometry::Vec3& p_map_m) const;
 
   [[nodiscard]] std::size_t places() const { return places_.size(); }
 
   [[nodiscard]] std::size_t removed() const { return removed_; }
 
-  /// Keyframes that saw through walls and were not believed.
-  [[nodiscard]] std::size_t doubted() const { return doubted_; }
+  /// Keyframes that were rejected because their rays pass walls.
+  [[nodiscard]] std::size_t suspected() const { return suspected_; }
 
  private:
   static constexpr std::uint32_t kNoWall = 0xffffffffU;
@@ -81,10 +81,10 @@ class MotionFilter {
     float first_pass_s = 0.0F, last_pass_s = 0.0F;
     std::uint32_t wall = kNoWall;  ///< its normal in `normals_map_`, if it is on a plane
     bool removed = false;
-    bool looked_through = false;  ///< by a keyframe that looks through walls
+    bool looked_through = false;  ///< by a keyframe whose rays pass walls
   };
 
-  /// Places of one cube of 0.8 m lie together: a keyframe skips the cubes it cannot see.
+  /// Places of one cube of 0.8 m are stored together: a keyframe skips the cubes it cannot see.
   struct Tile {
     VoxelKey key = kNoVoxel;
     std::size_t begin = 0, end = 0;
@@ -107,7 +107,7 @@ class MotionFilter {
   void mark_looked_through();
   [[nodiscard]] bool is_empty_place(const Place& place) const;
   [[nodiscard]] bool is_of_peer(const Place& place) const;
-  [[nodiscard]] double plane_share_lost() const;
+  [[nodiscard]] double plane_fraction_lost() const;
 
   DynamicSettings settings_;
   VoxelIndex index_;                 ///< key -> number in `rank_`
@@ -118,13 +118,13 @@ class MotionFilter {
   PlaneGrid fixed_;                           ///< places that were seen while no vehicle was there
   RangeImage image_;
   std::vector<std::size_t> near_;         ///< tiles that the keyframe may see
-  std::vector<Sight> sights_;             ///< by place: what the keyframe says
+  std::vector<Sight> lines_of_sight_;     ///< by place: result for the current keyframe
   std::vector<std::uint8_t> vehicle_of_;  ///< by keyframe
-  double looker_pose_m2_ = 0.0;           ///< of the keyframe that looks
+  double looker_pose_m2_ = 0.0;           ///< of the current keyframe
   Time t_first_;
   bool has_time_ = false;
   std::size_t removed_ = 0;
-  std::size_t doubted_ = 0;
+  std::size_t suspected_ = 0;
 };
 
 }  // namespace rali::map

@@ -10,26 +10,26 @@ namespace {
 
 using test::Cylinder;
 using test::Room;
-using test::Sweep;
+using test::Scan;
 
 /// A vehicle drives 0.5 m per second along a room while a person (0.5 m wide, 1.7 m tall) crosses
-/// its way; a pole of 6 cm stands beside.
+/// its path; a pole of 6 cm stands beside.
 struct Drive {
   static constexpr Cylinder kPole{9.0, 7.0, 0.03, 2.5};
-  std::vector<Sweep> sweeps;
+  std::vector<Scan> scans;
 
   explicit Drive(bool with_person) {
     for (int k = 0; k < 12; ++k) {
       Room room;
       room.cylinders.push_back(kPole);
       if (with_person) room.cylinders.push_back({8.5, 1.5 + 0.6 * k, 0.25, 1.7});
-      sweeps.push_back(test::look_around(room, test::pose_at(2.0 + 0.5 * k, 4.0, 0.6), k));
+      scans.push_back(test::look_around(room, test::pose_at(2.0 + 0.5 * k, 4.0, 0.6), k));
     }
   }
 
   [[nodiscard]] KeyframeStream stream() const {
     return [this](const KeyframeVisitor& visit) -> Status {
-      for (const Sweep& s : sweeps) visit(s.view());
+      for (const Scan& s : scans) visit(s.view());
       return {};
     };
   }
@@ -98,10 +98,10 @@ TEST(MotionFilter, only_the_person_is_removed_no_wall_and_no_floor) {
 
 TEST(MotionFilter, wrong_poses_do_not_eat_the_walls) {
   Drive drive(false);
-  // Every sixth sweep believes to be 1.5 m farther right: the others look through its left wall.
-  for (std::size_t k = 0; k < drive.sweeps.size(); k += 6) drive.sweeps[k].T_map_body.p.y() -= 1.5;
+  // Every sixth scan has its pose 1.5 m too far right: rays of the others pass its left wall.
+  for (std::size_t k = 0; k < drive.scans.size(); k += 6) drive.scans[k].T_map_body.p.y() -= 1.5;
   MapSettings settings = without_grid();
-  settings.dynamic.plane_share_max = 0.005;  // one wall of a small room
+  settings.dynamic.plane_fraction_max = 0.005;  // one wall of a small room
   SerialExecutor executor;
   FindingList findings;
   const Result<MapResult> result = build_map(drive.stream(), settings, executor, findings);
@@ -112,19 +112,19 @@ TEST(MotionFilter, wrong_poses_do_not_eat_the_walls) {
 }
 
 TEST(MotionFilter, doubt_that_all_poses_share_does_not_keep_a_person) {
-  // Where the map itself lies may be unknown by metres: keyframes side by side still agree.
+  // The map's position may be uncertain by metres: neighbouring keyframes still agree.
   Drive drive(true);
   const std::size_t removed = mapped(drive).removed.size();
-  for (Sweep& s : drive.sweeps) s.covariance.diagonal().setConstant(9.0);
+  for (Scan& s : drive.scans) s.covariance.diagonal().setConstant(9.0);
   EXPECT_EQ(mapped(drive).removed.size(), removed);
 }
 
 TEST(MotionFilter, poses_that_are_unsure_of_each_other_remove_nothing) {
   // Variances 0, 1, 4, 9, ... m2: from one keyframe to the next at least 1 m2, above 0.5 m squared.
   Drive drive(true);
-  for (std::size_t k = 0; k < drive.sweeps.size(); ++k) {
+  for (std::size_t k = 0; k < drive.scans.size(); ++k) {
     const auto sigma_m = static_cast<double>(k);
-    drive.sweeps[k].covariance.bottomRightCorner<3, 3>().diagonal().setConstant(sigma_m * sigma_m);
+    drive.scans[k].covariance.bottomRightCorner<3, 3>().diagonal().setConstant(sigma_m * sigma_m);
   }
   MapSettings settings = without_grid();
   settings.dynamic.voxel_m = 0.02;  // places of one keyframe each, but for the walls
@@ -133,54 +133,54 @@ TEST(MotionFilter, poses_that_are_unsure_of_each_other_remove_nothing) {
 
 TEST(MotionFilter, a_keyframe_that_sees_through_walls_is_not_believed) {
   Drive drive(true);
-  drive.sweeps[6].T_map_body.p.y() += 1.5;
+  drive.scans[6].T_map_body.p.y() += 1.5;
   SerialExecutor executor;
   MotionFilter filter(DynamicSettings{});
-  for (const Sweep& s : drive.sweeps) filter.collect(s.view());
-  for (const Sweep& s : drive.sweeps) filter.look(s.view(), executor);
-  EXPECT_EQ(filter.doubted(), 1U);
+  for (const Scan& s : drive.scans) filter.collect(s.view());
+  for (const Scan& s : drive.scans) filter.look(s.view(), executor);
+  EXPECT_EQ(filter.suspected(), 1U);
 }
 
-/// The sweep of a LiDAR that moved by this much while it turned: all points are told as seen from
-/// its last place.
-Sweep seen_while_moving(Sweep sweep, double moved_y_m) {
-  sweep.T_map_body.p.y() += moved_y_m;
-  for (float& y_m : sweep.y_m) y_m -= static_cast<float>(moved_y_m);
-  return sweep;
+/// A scan of a LiDAR that moved by this much during it: all points are given as seen from its last
+/// position.
+Scan seen_while_moving(Scan scan, double moved_y_m) {
+  scan.T_map_body.p.y() += moved_y_m;
+  for (float& y_m : scan.y_m) y_m -= static_cast<float>(moved_y_m);
+  return scan;
 }
 
-// Through a doorway at 0.8 m/s: what was seen along the wall from before it is told as seen from
+// Through a doorway at 0.8 m/s: points seen along the wall from before it are given as seen from
 // within it, and the rays between lie in the wall.
 TEST(MotionFilter, a_keyframe_in_line_with_a_wall_does_not_look_through_it) {
   Room room;
   room.partitions.push_back({4.0, 10.0, 5.0});
-  std::vector<Sweep> sweeps;
+  std::vector<Scan> scans;
   for (const double x_m : {5.0, 7.0, 9.0}) {
     for (const double y_m : {3.0, 7.0}) {
-      sweeps.push_back(test::look_around(room, test::pose_at(x_m, y_m, 0.6), x_m + y_m));
+      scans.push_back(test::look_around(room, test::pose_at(x_m, y_m, 0.6), x_m + y_m));
     }
   }
   for (const double y_m : {5.01, 5.03, 5.05}) {
-    Sweep sweep = test::look_around(room, test::pose_at(10.5, y_m, 0.6), 20.0 + y_m);
-    sweeps.push_back(seen_while_moving(std::move(sweep), -0.08));
+    Scan scan = test::look_around(room, test::pose_at(10.5, y_m, 0.6), 20.0 + y_m);
+    scans.push_back(seen_while_moving(std::move(scan), -0.08));
   }
   SerialExecutor executor;
   MotionFilter filter(DynamicSettings{});
-  for (const Sweep& s : sweeps) filter.collect(s.view());
-  for (const Sweep& s : sweeps) {
+  for (const Scan& s : scans) filter.collect(s.view());
+  for (const Scan& s : scans) {
     const WallLooks walls = filter.look(s.view(), executor);
     EXPECT_EQ(walls.passes, 0U) << s.t.s();
   }
 }
 
-// The first keyframe has made most walls; one that is wrong looks through them.
+// The first keyframe sees most walls first; rays of a wrong one pass them.
 TEST(MotionFilter, states_whose_walls_a_wrong_keyframe_looks_through) {
   Drive drive(false);
   SerialExecutor executor;
   const auto made = [&] {
     MotionFilter filter(DynamicSettings{});
-    for (const Sweep& s : drive.sweeps) filter.collect(s.view());
-    for (const Sweep& s : drive.sweeps) filter.look(s.view(), executor);
+    for (const Scan& s : drive.scans) filter.collect(s.view());
+    for (const Scan& s : drive.scans) filter.look(s.view(), executor);
     return filter.walls_made();
   };
   std::size_t places = 0, passed = 0;
@@ -190,39 +190,39 @@ TEST(MotionFilter, states_whose_walls_a_wrong_keyframe_looks_through) {
   }
   EXPECT_GT(places, 1000U);
   EXPECT_EQ(passed, 0U) << "without a contradiction nobody is named";
-  drive.sweeps[6].T_map_body.p.y() += 1.5;
+  drive.scans[6].T_map_body.p.y() += 1.5;
   const std::vector<WallsMade> wrong = made();
-  ASSERT_EQ(wrong.size(), drive.sweeps.size());
+  ASSERT_EQ(wrong.size(), drive.scans.size());
   EXPECT_GT(wrong[0].passed, wrong[0].places / 20);
 }
 
-// Two halls of one building, laid across each other by a wrong start pose: each vehicle sees
-// thousands of its own walls, and through the few of the other's that stand in its way.
+// Two parts of one building, overlapped by a wrong start pose: each vehicle sees thousands of its
+// own walls, and its rays pass the few of the other's that cross its path.
 TEST(MotionFilter, walls_that_another_vehicle_laid_across_are_looked_through) {
   const auto seen = [](double yaw_rad) {
     Room hall;
     hall.low_m = {0.0, 3.5, 0.0};
     hall.high_m = {40.0, 6.5, 3.0};
-    std::vector<std::pair<std::uint8_t, Sweep>> sweeps;
+    std::vector<std::pair<std::uint8_t, Scan>> scans;
     for (const double x_m : {5.0, 8.0, 11.0}) {
-      sweeps.emplace_back(0, test::look_around(hall, test::pose_at(x_m, 5.0, 0.6), x_m));
-      Sweep other = test::look_around(hall, test::pose_at(x_m, 5.0, 0.6), 20.0 + x_m);
+      scans.emplace_back(0, test::look_around(hall, test::pose_at(x_m, 5.0, 0.6), x_m));
+      Scan other = test::look_around(hall, test::pose_at(x_m, 5.0, 0.6), 20.0 + x_m);
       const geometry::SE3 about = test::pose_at(8.0, 5.0, 0.0);
       const geometry::SE3 turn = about * test::pose_at(0.0, 0.0, 0.0, yaw_rad) * about.inverse();
       other.T_map_body = turn * other.T_map_body;
       other.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(4.0);  // stated: 2 m
-      sweeps.emplace_back(1, std::move(other));
+      scans.emplace_back(1, std::move(other));
     }
     SerialExecutor executor;
     MotionFilter filter(DynamicSettings{});
-    const auto view = [](const std::pair<std::uint8_t, Sweep>& s) {
+    const auto view = [](const std::pair<std::uint8_t, Scan>& s) {
       KeyframeView v = s.second.view();
       v.vehicle = s.first;
       return v;
     };
-    for (const auto& s : sweeps) filter.collect(view(s));
+    for (const auto& s : scans) filter.collect(view(s));
     WallLooks sum;
-    for (const auto& s : sweeps) {
+    for (const auto& s : scans) {
       const WallLooks looks = filter.look(view(s), executor);
       sum.others_looks += looks.others_looks;
       sum.others_passes += looks.others_passes;
@@ -237,20 +237,20 @@ TEST(MotionFilter, walls_that_another_vehicle_laid_across_are_looked_through) {
   EXPECT_GT(wrong.others_passes, wrong.others_looks / 2);
 }
 
-/// Two vehicles see each other; the second, 0.5 m wide and 0.8 m high, never moves, so that nobody
-/// looks through its place.
+/// Two vehicles see each other; the second, 0.5 m wide and 0.8 m high, never moves, so that no ray
+/// ever passes its place.
 struct Meeting {
   static constexpr Cylinder kBody{8.0, 4.0, 0.25, 0.8};
-  std::vector<Sweep> sweeps;
+  std::vector<Scan> scans;
   std::vector<geometry::Vec3> bodies_map_m{{8.0, 4.0, 0.6}};
-  bool told = true;
+  bool reported = true;
 
   explicit Meeting(const geometry::Vec3& start_m = {2.0, 4.0, 0.6}) {
     for (int k = 0; k < 8; ++k) {
       Room room;
       room.cylinders.push_back(kBody);
       const geometry::SE3 T = test::pose_at(start_m.x() + 0.5 * k, start_m.y(), start_m.z());
-      sweeps.push_back(test::look_around(room, T, k));
+      scans.push_back(test::look_around(room, T, k));
     }
   }
 
@@ -258,9 +258,9 @@ struct Meeting {
     SerialExecutor executor;
     FindingList findings;
     const KeyframeStream stream = [this](const KeyframeVisitor& visit) -> Status {
-      for (const Sweep& s : sweeps) {
+      for (const Scan& s : scans) {
         KeyframeView view = s.view();
-        if (told) view.others_map_m = bodies_map_m;
+        if (reported) view.others_map_m = bodies_map_m;
         visit(view);
       }
       return {};
@@ -273,16 +273,16 @@ struct Meeting {
 
 TEST(MotionFilter, the_body_of_another_vehicle_goes_though_nobody_looked_through_it) {
   Meeting meeting;
-  meeting.told = false;
+  meeting.reported = false;
   const MapResult before = meeting.map();
   EXPECT_GT(points_near(before.map, 8.0, 4.0, 0.4, 0.1), 100U);
   EXPECT_EQ(before.removed.size(), 0U);
-  meeting.told = true;
+  meeting.reported = true;
   EXPECT_EQ(points_near(meeting.map().map, 8.0, 4.0, 0.4, 0.1), 0U);
 }
 
 TEST(MotionFilter, a_wall_beside_another_vehicle_stays) {
-  // Rings 9 to 17 cm apart on the wall: it is a plane that goes on beyond the vehicle's room.
+  // Rings 9 to 17 cm apart on the wall: its plane extends beyond the vehicle's radius.
   Meeting meeting({4.0, 7.5, 0.6});
   meeting.bodies_map_m = {{9.0, 9.5, 0.6}};  // 0.5 m from the wall at y = 10 m
   const MapResult result = meeting.map();
@@ -290,7 +290,7 @@ TEST(MotionFilter, a_wall_beside_another_vehicle_stays) {
   EXPECT_EQ(points_near(result.removed, 9.0, 9.5, 2.0, 0.05), 0U);
 }
 
-/// Blocks in reverse order: what threads might do.
+/// Blocks in reverse order, as threads may run them.
 class BackwardExecutor final : public Executor {
  public:
   void for_blocks(std::size_t n, std::size_t block,

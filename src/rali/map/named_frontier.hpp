@@ -8,9 +8,9 @@
 
 namespace rali::map {
 
-/// What is remembered of a frontier from look to look, and from anchor to anchor.
+/// State of a frontier that persists between updates and between anchors.
 struct NamedFrontier {
-  std::uint32_t id = 0;  ///< from 1; stays while the frontier does
+  std::uint32_t id = 0;  ///< from 1; constant for the frontier's life
   geometry::Vec2 centre_map_m = geometry::Vec2::Zero();
   double size = 0.0;         ///< by FrontierSettings::size
   std::uint32_t visits = 0;  ///< that changed nothing
@@ -18,7 +18,7 @@ struct NamedFrontier {
   bool operator==(const NamedFrontier&) const = default;
 };
 
-/// A place to which a vehicle was sent and found no path.
+/// A position to which a vehicle was sent without finding a path.
 struct NoPath {
   VehicleId vehicle;
   geometry::Vec2 place_map_m = geometry::Vec2::Zero();
@@ -26,10 +26,10 @@ struct NoPath {
   bool operator==(const NoPath&) const = default;
 };
 
-/// What a FrontierBook knows.
+/// State of a FrontierBook.
 struct FrontierMemory {
   std::vector<NamedFrontier> named;
-  std::uint32_t last_id = 0;  ///< the highest that was ever given
+  std::uint32_t last_id = 0;  ///< the highest ever given
   std::vector<NoPath> no_path = {};
 
   bool operator==(const FrontierMemory&) const = default;

@@ -22,7 +22,7 @@ std::size_t sector_of(double x, double y) {
   return std::min(sector, kSectors - 1);
 }
 
-/// Distances along a ray, as parts of its length, between which it is below `top`.
+/// Fractions of a ray's length between which it is below `top`.
 std::pair<double, double> part_below(double z_from_m, double z_to_m, double top_m) {
   if (z_from_m <= top_m && z_to_m <= top_m) return {0.0, 1.0};
   if (z_from_m > top_m && z_to_m > top_m) return {0.0, 0.0};
@@ -74,7 +74,7 @@ std::optional<double> GridBuilder::ground_below_body_m(const KeyframeView& keyfr
         std::upper_bound(ground_heights_m_.begin(), ground_heights_m_.end(), *found), *found);
   }
   if (ground_heights_m_.empty()) return std::nullopt;
-  // The vehicle does not change its height: the median forgets keyframes fooled by a bench.
+  // The vehicle's height is constant: the median rejects keyframes that took a bench for ground.
   return ground_heights_m_[ground_heights_m_.size() / 2];
 }
 
@@ -125,7 +125,7 @@ void GridBuilder::add_ray(const geometry::Vec3& p_map, const geometry::SE3& T_ma
 }
 
 void GridBuilder::mark_free(const geometry::Vec3& sensor_map_m) {
-  // Per sector: the bin from which on nothing is free. One small table settles most cells.
+  // Per sector: the bin from which on nothing is free. A small table that settles most cells.
   std::vector<std::uint16_t> free_end(kSectors, 0);
   for (std::size_t sector = 0; sector < kSectors; ++sector) {
     std::int16_t* row = &open_[sector * (bins_ + 1)];
@@ -144,7 +144,7 @@ void GridBuilder::mark_free(const geometry::Vec3& sensor_map_m) {
   std::size_t i = 0;
   for (std::int64_t iy = -half; iy <= half; ++iy) {
     for (std::int64_t ix = -half; ix <= half; ++ix, ++i) {
-      const std::size_t bin = polar_bin_[i];  // of kNoHit beyond the range: no sector ends there
+      const std::size_t bin = polar_bin_[i];  // kNoHit beyond the range: no sector ends there
       if (bin >= free_end[polar_[i]] || open_[polar_[i] * (bins_ + 1) + bin] <= 0) continue;
       Cell* c = cell(ix0 + ix, iy0 + iy);
       if (c != nullptr && c->last_hit != keyframes_ && c->passes < 0xffff) ++c->passes;
@@ -173,7 +173,7 @@ bool GridBuilder::is_occupied(const Cell& c) const {
   if (c.hits == 0) return false;
   if (c.passes == 0) return true;
   const double hits = c.hits;
-  return hits >= settings_.hits_min && hits >= settings_.hit_share * (hits + c.passes);
+  return hits >= settings_.hits_min && hits >= settings_.hit_fraction * (hits + c.passes);
 }
 
 Result<OccupancyGrid> GridBuilder::finish() const {

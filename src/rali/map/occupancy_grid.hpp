@@ -14,7 +14,7 @@ namespace rali::map {
 
 inline constexpr std::uint8_t kFree = 254, kOccupied = 0, kUnknownCell = 205;
 
-/// A grid as Nav2's map_server loads it: row 0 is the top of the picture (largest y).
+/// A grid as Nav2's map_server loads it: row 0 is the top of the image (largest y).
 struct OccupancyGrid {
   double cell_m = 0.05;
   geometry::Vec2 origin_map_m = geometry::Vec2::Zero();  ///< corner of the lower-left cell
@@ -28,8 +28,8 @@ struct OccupancyGrid {
 /// Collects evidence for the 2-D grid, one keyframe after the other.
 ///
 /// Each keyframe is flattened to 720 sectors around the LiDAR. A cell is passed if a ray of its
-/// sector was inside the height band (or below it, on its way to the ground) above the cell and
-/// nothing in the band was hit up to there; it is hit if a point in the band lies in it. Rays
+/// sector was inside the height band above the cell (or below it, on its way to the ground) and no
+/// point in the band is nearer in that sector; it is hit if a point in the band lies in it. Rays
 /// without return clear nothing, because black or wet walls return nothing.
 class GridBuilder {
  public:
@@ -45,7 +45,7 @@ class GridBuilder {
 
   struct Cell {
     std::uint16_t hits = 0, passes = 0;
-    std::uint32_t last_hit = 0;  ///< keyframe, so that one keyframe counts once
+    std::uint32_t last_hit = 0;  ///< makes each keyframe count once
   };
 
   void flatten(const KeyframeView& keyframe, const geometry::SE3& T_map_lidar, double ground_z_m);
@@ -65,7 +65,7 @@ class GridBuilder {
   VoxelIndex tile_index_;
   std::vector<std::vector<Cell>> tiles_;
   std::vector<std::pair<std::int64_t, std::int64_t>> tile_corner_;
-  std::vector<double> ground_heights_m_;  ///< found so far, sorted
+  std::vector<double> ground_heights_m_;  ///< so far, sorted
   std::uint32_t keyframes_ = 0;
   bool too_large_ = false;
 };

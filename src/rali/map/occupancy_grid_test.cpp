@@ -13,16 +13,16 @@ using test::pose_at;
 using test::Room;
 
 TEST(GroundHeight, a_lidar_0_6_m_above_the_floor_says_so) {
-  const auto sweep = look_around(Room{}, pose_at(10, 5, 0.6), 0.0);
-  const auto height = ground_below_body(sweep.view());
+  const auto scan = look_around(Room{}, pose_at(10, 5, 0.6), 0.0);
+  const auto height = ground_below_body(scan.view());
   ASSERT_TRUE(height.has_value());
   EXPECT_NEAR(*height, 0.6, 0.03);
 }
 
 TEST(GroundHeight, says_nothing_where_no_floor_is_seen) {
-  test::Sweep sweep;
-  for (int i = 0; i < 100; ++i) sweep.add(3, 0.1 * i, 1.0);
-  EXPECT_FALSE(ground_below_body(sweep.view()).has_value());
+  test::Scan scan;
+  for (int i = 0; i < 100; ++i) scan.add(3, 0.1 * i, 1.0);
+  EXPECT_FALSE(ground_below_body(scan.view()).has_value());
 }
 
 OccupancyGrid grid_of(const Room& room, int keyframes = 3) {
@@ -72,13 +72,13 @@ TEST(OccupancyGrid, who_walked_through_leaves_the_way_free) {
 
 TEST(OccupancyGrid, rays_without_return_clear_nothing) {
   GridBuilder builder(GridSettings{});
-  auto sweep = look_around(Room{}, pose_at(8, 5, 0.6), 0);
-  test::Sweep half;
-  half.T_map_body = sweep.T_map_body;
-  for (std::size_t i = 0; i < sweep.x_m.size(); ++i) {
-    if (sweep.x_m[i] > 0.0F) {
-      half.add(static_cast<double>(sweep.x_m[i]), static_cast<double>(sweep.y_m[i]),
-               static_cast<double>(sweep.z_m[i]), sweep.ring[i]);
+  auto scan = look_around(Room{}, pose_at(8, 5, 0.6), 0);
+  test::Scan half;
+  half.T_map_body = scan.T_map_body;
+  for (std::size_t i = 0; i < scan.x_m.size(); ++i) {
+    if (scan.x_m[i] > 0.0F) {
+      half.add(static_cast<double>(scan.x_m[i]), static_cast<double>(scan.y_m[i]),
+               static_cast<double>(scan.z_m[i]), scan.ring[i]);
     }
   }
   builder.add(half.view());

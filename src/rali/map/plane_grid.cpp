@@ -12,9 +12,9 @@ namespace {
 constexpr std::uint64_t kPointsMin = 10;
 /// Smallest to middle eigenvalue of a plane (algorithms_fleet section 12).
 constexpr double kFlatness = 0.1;
-/// The middle axis must reach over a good part of the cube, or a pole counts as a plane.
+/// Minimum extent along the middle axis, or a pole would count as a plane.
 constexpr double kWidthMin_m = 0.05;
-/// Cubes in a row whose planes are near: two on either side.
+/// Cubes per axis whose planes are near: two on either side.
 constexpr int kAround = 5;
 
 }  // namespace

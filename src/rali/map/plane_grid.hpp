@@ -34,7 +34,7 @@ class PlaneGrid {
   /// there is none.
   [[nodiscard]] double distance_to_planes_m(const geometry::Vec3& p_m) const;
 
-  /// Number of the cube that holds p, if it is known.
+  /// Number of the cube that holds p, if there is one.
   [[nodiscard]] std::optional<std::uint32_t> find(const geometry::Vec3& p_m) const {
     return index_.find(voxel_key(p_m, kSide_m));
   }
@@ -52,10 +52,10 @@ class PlaneGrid {
   std::vector<Voxel> voxels_;
 };
 
-/// How thick the walls of a map are: a measure of its inner agreement that needs no truth.
+/// Thickness of the walls of a map: a measure of its consistency that needs no ground truth.
 struct Thickness {
   double median_m = 0.0;  ///< of sqrt(l3) over the cubes of 0.4 m that hold a plane
-  double p95_m = 0.0;     ///< 95 % are thinner; a doubled wall shows here
+  double p95_m = 0.0;     ///< 95 % are thinner; doubled walls raise it
   std::size_t planes = 0;
 };
 

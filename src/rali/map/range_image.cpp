@@ -90,7 +90,7 @@ int RangeImage::reach(float radius_m, float range_m, float pitch_rad) {
   return std::min(1 + static_cast<int>(radius_m / (range_m * pitch_rad)), kNeighboursMax);
 }
 
-/// False where no row is near the place.
+/// False if no row is near the place.
 bool RangeImage::aim_at(const geometry::Vec3f& p_lidar_m, float range_m, float radius_m,
                         Aim& aim) const {
   const float elevation = std::asin(std::clamp(p_lidar_m.z() / range_m, -1.0F, 1.0F));
@@ -112,7 +112,7 @@ bool RangeImage::may_see(const geometry::Vec3& middle_lidar_m, double ball_m,
                          const SightLimits& limits) const {
   const double distance_m = middle_lidar_m.norm();
   if (pixels_.empty() || distance_m - ball_m > limits.range_m) return false;
-  if (distance_m < kNearest_m + 2.0 * ball_m) return true;  // too many pixels to be worth it
+  if (distance_m < kNearest_m + 2.0 * ball_m) return true;  // too many pixels to test
   const auto half = static_cast<float>(std::asin(ball_m / distance_m)) + kSlack_rad;
   const auto elevation = static_cast<float>(std::asin(middle_lidar_m.z() / distance_m));
   if ((elevation + half - elevation_min_rad_) / row_pitch_rad_ < -1.0F ||
@@ -120,7 +120,7 @@ bool RangeImage::may_see(const geometry::Vec3& middle_lidar_m, double ball_m,
     return false;
   }
   const float cos_elevation = std::cos(std::abs(elevation) + half);
-  if (cos_elevation < 0.2F) return true;  // towards the pole the columns run together
+  if (cos_elevation < 0.2F) return true;  // near the pole the columns converge
   const auto nearest_m = static_cast<float>(distance_m - ball_m);
   const auto radius_m = static_cast<float>(limits.radius_m);
   const float turn = std::asin(std::min(std::sin(half) / std::cos(elevation), 1.0F)) + kSlack_rad;
@@ -135,7 +135,7 @@ bool RangeImage::may_see(const geometry::Vec3& middle_lidar_m, double ball_m,
   return reaches(aim);
 }
 
-/// Whether one of the pixels has a return as far away as aim.range_m, or farther.
+/// Whether one of the pixels has a return at or beyond aim.range_m.
 bool RangeImage::reaches(const Aim& aim) const {
   const int columns = std::min(2 * aim.column_reach + 1, kColumns);
   const int first = (aim.column - aim.column_reach + 2 * kColumns) % kColumns;
@@ -149,12 +149,12 @@ bool RangeImage::reaches(const Aim& aim) const {
   return false;
 }
 
-/// How far beside the place the ray of a pixel goes.
+/// Distance at which a pixel's ray misses the place.
 float RangeImage::miss_m(const Pixel& pixel, const Aim& aim) {
   float turn = pixel.azimuth_rad - aim.azimuth_rad;
   if (turn > kPi) turn -= 2.0F * kPi;
   if (turn < -kPi) turn += 2.0F * kPi;
-  // Roots of doubles need no care for overflow: std::hypot of floats is three times as slow.
+  // Doubles cannot overflow here: std::hypot of floats is three times as slow.
   const auto across = static_cast<double>(turn * aim.cos_elevation);
   const auto up = static_cast<double>(pixel.elevation_rad - aim.elevation_rad);
   return aim.range_m * static_cast<float>(std::sqrt(across * across + up * up));
@@ -172,7 +172,7 @@ Sight RangeImage::look(const geometry::Vec3& p_lidar_m, const SightLimits& limit
   const float behind_m = aim.range_m + static_cast<float>(limits.margin_m);
   const auto beside = static_cast<float>(limits.beside_m);
   const auto depth = static_cast<float>(limits.depth_m);
-  // Most neighbours are settled by their range alone: how far they miss the place is asked last.
+  // Range alone settles most neighbours, so the costlier miss distance is tested last.
   const bool dense = range_m * ray_spacing_rad_ <= limits.thin_m;
   bool may_pass = dense, passed = false;
   for (int i = aim.row_begin; i < aim.row_end; ++i) {

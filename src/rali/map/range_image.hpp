@@ -8,39 +8,41 @@
 
 namespace rali::map {
 
-/// What a keyframe says about one place.
+/// Evidence of a keyframe about one place.
 enum class Sight : std::uint8_t {
-  kUnknown,  ///< nothing: not looked at, hidden, or the rays are too sparse to tell
-  kHit,      ///< a ray came back from it
-  kPassed    ///< a ray went through it and on
+  kUnknown,  ///< not in view, hidden, or the rays are too sparse
+  kHit,      ///< a ray returned from it
+  kPassed    ///< a ray passed through it
 };
 
 struct SightLimits {
   double range_m = 25.0;
-  double margin_m = 0.3;   ///< depth difference that separates the place from what is behind it
-  double radius_m = 0.05;  ///< half the size of the place; the passing ray must touch it
+  double margin_m = 0.3;   ///< depth difference that separates the place from surfaces behind it
+  double radius_m = 0.05;  ///< half the size of the place; a passing ray must touch it
   double beside_m = 0.1;   ///< a return this far beside the place ...
-  double depth_m = 0.15;   ///< ... and this far before or behind it is still of it
+  double depth_m = 0.15;   ///< ... and this far before or behind it still belongs to it
   double thin_m = 0.06;    ///< rays spread wider than this may miss a pole
 };
 
-/// The rays of one keyframe as a picture around the LiDAR: rows as many as there are lasers,
-/// columns of 0.4 degrees, each pixel the nearest return in it with its exact direction.
+/// The rays of one keyframe as an image around the LiDAR: one row per laser, columns of 0.4
+/// degrees, each pixel the nearest return in it with its exact direction.
 class RangeImage {
  public:
-  /// Reuses the memory of the picture before.
+  /// Reuses the memory of the previous image.
   void build(const KeyframeView& keyframe);
 
-  /// What the rays say about a place given in the LiDAR frame.
+  /// Evidence of the rays about a place given in the LiDAR frame.
   ///
-  /// Passed is said only if a ray touched the place and ended `margin_m` behind it while no
-  /// neighbouring ray ended before or at it: beside a silhouette, on a floor or along a wall at
-  /// grazing incidence one of the neighbours does, and nothing is said. Nor is such a neighbour a
-  /// hit: rows are 2 degrees apart, and the floor before a person says nothing of the person.
+  /// kPassed needs a ray that touched the place and ended `margin_m` behind it, while no
+  /// neighbouring ray ended before or at it. Beside a silhouette, on a floor or along a wall at
+  /// grazing incidence one of the neighbours does, and the result is kUnknown. Such a neighbour is
+  /// no hit either: rows are 2 degrees apart, and the floor in front of a person is no return from
+  /// the person.
   [[nodiscard]] Sight look(const geometry::Vec3& p_lidar_m, const SightLimits& limits) const;
 
   /// False if look() is kUnknown for every place of a ball around `middle_lidar_m`: it is beyond
-  /// the range, above or below all rays, or all rays towards it end before it. True proves nothing.
+  /// the range, above or below all rays, or all rays towards it end before it. True is no
+  /// guarantee.
   [[nodiscard]] bool may_see(const geometry::Vec3& middle_lidar_m, double ball_m,
                              const SightLimits& limits) const;
 
@@ -55,7 +57,7 @@ class RangeImage {
     float azimuth_rad = 0.0F, elevation_rad = 0.0F;
   };
 
-  /// A place as a ray of the LiDAR would see it, and the pixels whose rays pass near it.
+  /// Direction and range of a place from the LiDAR, and the pixels whose rays pass near it.
   struct Aim {
     float range_m = 0.0F, azimuth_rad = 0.0F, elevation_rad = 0.0F;
     float cos_elevation = 1.0F;
@@ -65,7 +67,7 @@ class RangeImage {
 
   static constexpr int kColumns = 900;
   static constexpr int kNeighboursMax = 6;
-  /// Each row goes on beyond both its ends, so that no look has to wrap around.
+  /// Each row is repeated beyond both its ends, so that no access has to wrap around.
   static constexpr int kStride = kColumns + 2 * kNeighboursMax;
 
   void fit(const KeyframeView& keyframe);

@@ -13,24 +13,24 @@ namespace {
 constexpr double kDegree_rad = std::numbers::pi / 180.0;
 
 /// Two lasers, at 0 and -2 degrees, that turn once in steps of 0.2 degrees.
-test::Sweep two_rows(double upper_m, double lower_m) {
-  test::Sweep sweep;
+test::Scan two_rows(double upper_m, double lower_m) {
+  test::Scan scan;
   for (int i = 0; i < 1800; ++i) {
     const double azimuth = 0.2 * i * kDegree_rad;
     for (int ring = 0; ring < 2; ++ring) {
       const double elevation = ring == 0 ? 0.0 : -2.0 * kDegree_rad;
       const double range_m = ring == 0 ? upper_m : lower_m;
-      sweep.add(range_m * std::cos(elevation) * std::cos(azimuth),
-                range_m * std::cos(elevation) * std::sin(azimuth), range_m * std::sin(elevation),
-                static_cast<std::uint16_t>(ring));
+      scan.add(range_m * std::cos(elevation) * std::cos(azimuth),
+               range_m * std::cos(elevation) * std::sin(azimuth), range_m * std::sin(elevation),
+               static_cast<std::uint16_t>(ring));
     }
   }
-  return sweep;
+  return scan;
 }
 
-Sight look_5_m_ahead(const test::Sweep& sweep) {
+Sight look_5_m_ahead(const test::Scan& scan) {
   RangeImage image;
-  image.build(sweep.view());
+  image.build(scan.view());
   return image.look({5.0, 0.0, 0.0}, SightLimits{});
 }
 
@@ -86,15 +86,15 @@ TEST(RangeImage, a_cube_that_no_ray_reaches_need_not_be_looked_at) {
 }
 
 TEST(RangeImage, nothing_is_seen_in_a_cube_that_was_not_looked_at) {
-  // A window of 20 degrees beside the cut of the picture, in a wall around the sensor.
-  test::Sweep sweep = two_rows(6.0, 4.0);
+  // A window of 20 degrees beside the image's wrap-around, in a wall around the sensor.
+  test::Scan scan = two_rows(6.0, 4.0);
   for (std::size_t i = 1750; i < 1850; ++i) {
-    sweep.x_m[i] *= 2.0F;
-    sweep.y_m[i] *= 2.0F;
-    sweep.z_m[i] *= 2.0F;
+    scan.x_m[i] *= 2.0F;
+    scan.y_m[i] *= 2.0F;
+    scan.z_m[i] *= 2.0F;
   }
   RangeImage image;
-  image.build(sweep.view());
+  image.build(scan.view());
   const SightLimits limits;
   int left_out = 0, seen = 0;
   for (int i = 0; i < 40 * 40 * 9; ++i) {

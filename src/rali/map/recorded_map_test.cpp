@@ -15,8 +15,8 @@
 namespace rali::map {
 namespace {
 
-test::Sweep read_scan(const std::filesystem::path& file) {
-  test::Sweep sweep;
+test::Scan read_scan(const std::filesystem::path& file) {
+  test::Scan scan;
   std::ifstream in(file, std::ios::binary);
   std::array<char, 8> record{};
   while (in.read(record.data(), record.size())) {
@@ -24,13 +24,13 @@ test::Sweep read_scan(const std::filesystem::path& file) {
     std::uint16_t intensity = 0;
     std::memcpy(p.data(), record.data(), 6);
     std::memcpy(&intensity, record.data() + 6, 2);
-    sweep.add(0.0025 * p[0], 0.0025 * p[1], 0.0025 * p[2], 0, static_cast<float>(intensity));
+    scan.add(0.0025 * p[0], 0.0025 * p[1], 0.0025 * p[2], 0, static_cast<float>(intensity));
   }
-  return sweep;
+  return scan;
 }
 
-std::vector<test::Sweep> read_keyframes(const std::filesystem::path& folder) {
-  std::vector<test::Sweep> sweeps;
+std::vector<test::Scan> read_keyframes(const std::filesystem::path& folder) {
+  std::vector<test::Scan> scans;
   std::ifstream poses(folder / "poses.tum");
   std::string line;
   while (std::getline(poses, line)) {
@@ -38,15 +38,15 @@ std::vector<test::Sweep> read_keyframes(const std::filesystem::path& folder) {
     std::istringstream in(line);
     double t = 0, x = 0, y = 0, z = 0, qx = 0, qy = 0, qz = 0, qw = 1;
     in >> t >> x >> y >> z >> qx >> qy >> qz >> qw;
-    const std::string number = std::to_string(sweeps.size());
-    test::Sweep sweep =
+    const std::string number = std::to_string(scans.size());
+    test::Scan scan =
         read_scan(folder / "scans" / (std::string(6 - number.size(), '0') + number + ".xyzi"));
-    sweep.t = Time::from_s(t);
-    sweep.T_map_body.R = Eigen::Quaterniond(qw, qx, qy, qz).normalized().toRotationMatrix();
-    sweep.T_map_body.p = {x, y, z};
-    sweeps.push_back(std::move(sweep));
+    scan.t = Time::from_s(t);
+    scan.T_map_body.R = Eigen::Quaterniond(qw, qx, qy, qz).normalized().toRotationMatrix();
+    scan.T_map_body.p = {x, y, z};
+    scans.push_back(std::move(scan));
   }
-  return sweeps;
+  return scans;
 }
 
 TEST(RecordedMap, recorded_keyframes_give_thin_walls_and_keep_them) {
@@ -54,10 +54,10 @@ TEST(RecordedMap, recorded_keyframes_give_thin_walls_and_keep_them) {
   if (!std::filesystem::exists(folder / "poses.tum")) {
     GTEST_SKIP() << "NOT CHECKED: no recorded keyframes at " << folder;
   }
-  const std::vector<test::Sweep> sweeps = read_keyframes(folder);
-  ASSERT_EQ(sweeps.size(), 130U);
-  const auto stream = [&sweeps](const KeyframeVisitor& visit) -> Status {
-    for (std::size_t k = 0; k < sweeps.size(); k += 4) visit(sweeps[k].view());
+  const std::vector<test::Scan> scans = read_keyframes(folder);
+  ASSERT_EQ(scans.size(), 130U);
+  const auto stream = [&scans](const KeyframeVisitor& visit) -> Status {
+    for (std::size_t k = 0; k < scans.size(); k += 4) visit(scans[k].view());
     return {};
   };
   SerialExecutor executor;
@@ -66,7 +66,7 @@ TEST(RecordedMap, recorded_keyframes_give_thin_walls_and_keep_them) {
   ASSERT_TRUE(result.has_value());
   EXPECT_TRUE(findings.empty()) << findings[0].text;
   EXPECT_GT(result->map.size(), 50000U);
-  // No person is named by the source; walls must not go with whoever walked there.
+  // The source names no people; walls must not be removed with people in front of them.
   EXPECT_LT(result->removed.size(), result->map.size() / 50);
   EXPECT_GT(result->thickness.planes, 200U);
   EXPECT_LT(result->thickness.median_m, 0.05);

@@ -1,7 +1,7 @@
 #pragma once
 
-// A small world for the tests of this room: an empty box of a room with upright cylinders in it,
-// seen by a spinning LiDAR of 16 rings. Exact rays, no noise.
+// A small world for the tests of this module: an empty box with upright cylinders in it, seen by a
+// spinning LiDAR of 16 rings. Exact rays, no noise.
 
 #include <cmath>
 #include <limits>
@@ -28,7 +28,7 @@ struct Room {
 };
 
 /// Owns what a KeyframeView points to.
-struct Sweep {
+struct Scan {
   Time t;
   geometry::SE3 T_map_body;
   geometry::Mat6 covariance = geometry::Mat6::Zero();
@@ -85,10 +85,10 @@ inline double distance_to_partition(const Partition& w, const geometry::Vec3& p,
   return s > 0.0 && x >= w.x_low_m && x <= w.x_high_m ? s : std::numeric_limits<double>::infinity();
 }
 
-/// One sweep from a pose; rings at -15, -13, ... +15 degrees, `columns` per turn.
-inline Sweep look_around(const Room& room, const geometry::SE3& T_map_body, double t_s,
-                         int columns = 1800) {
-  Sweep out;
+/// One scan from a pose; rings at -15, -13, ... +15 degrees, `columns` per turn.
+inline Scan look_around(const Room& room, const geometry::SE3& T_map_body, double t_s,
+                        int columns = 1800) {
+  Scan out;
   out.t = Time::from_s(t_s);
   out.T_map_body = T_map_body;
   for (int i = 0; i < columns; ++i) {

@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t kFirstSlots = 1024;
 constexpr std::size_t kBytesPerSlot = sizeof(VoxelKey) + sizeof(std::uint32_t);
 
-/// Finaliser of MurmurHash3 (public domain): neighbouring cubes must not probe the same run.
+/// Finaliser of MurmurHash3 (public domain): neighbouring cubes must not share a probe sequence.
 std::size_t mixed(VoxelKey key) {
   key ^= key >> 33;
   key *= 0xff51afd7ed558ccdULL;

@@ -16,7 +16,7 @@ using VoxelKey = std::uint64_t;
 inline constexpr VoxelKey kNoVoxel = ~VoxelKey{0};
 inline constexpr std::int64_t kVoxelHalfRange = std::int64_t{1} << 20;
 
-/// Key of the cube with whole-number coordinates; none beyond +-2^20 cubes.
+/// Key of the cube with integer coordinates; kNoVoxel beyond +-2^20 cubes.
 [[nodiscard]] inline VoxelKey voxel_key(std::int64_t ix, std::int64_t iy, std::int64_t iz) {
   const auto inside = [](std::int64_t i) { return i >= -kVoxelHalfRange && i < kVoxelHalfRange; };
   if (!inside(ix) || !inside(iy) || !inside(iz)) return kNoVoxel;
@@ -42,8 +42,8 @@ inline constexpr std::int64_t kVoxelHalfRange = std::int64_t{1} << 20;
   return geometry::Vec3{whole(key >> 42), whole(key >> 21), whole(key)} * side_m;
 }
 
-/// Numbers keys 0, 1, 2, ... in order of first sight: open addressing, linear probing, so that
-/// whatever is stored per cube lies flat in the caller's own arrays and never in hash order.
+/// Numbers keys 0, 1, 2, ... in order of first insertion: open addressing, linear probing, so that
+/// data per cube lies flat in the caller's own arrays and never in hash order.
 class VoxelIndex {
  public:
   VoxelIndex();
@@ -53,14 +53,14 @@ class VoxelIndex {
     bool is_new = false;
   };
 
-  /// The key's number, a new one if it was not known.
+  /// The key's number, a new one for a new key.
   [[nodiscard]] Slot insert(VoxelKey key);
   [[nodiscard]] std::optional<std::uint32_t> find(VoxelKey key) const;
 
   [[nodiscard]] std::size_t size() const { return size_; }
 
   [[nodiscard]] std::size_t memory_bytes() const;
-  /// Memory while the next insert moves the table, if it has to.
+  /// Memory during the next insert, if it has to grow the table.
   [[nodiscard]] std::size_t memory_bytes_at_next_insert() const;
 
  private:

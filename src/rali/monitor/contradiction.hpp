@@ -10,17 +10,16 @@ struct Stretch {
   Time begin, end;
 };
 
-/// A stretch of time in which two statements cannot both be true.
+/// A time interval in which two estimates contradict each other.
 struct Contradiction {
   Stretch when;
   double off_m = 0.0;     ///< largest distance between them
-  double stated_m = 0.0;  ///< sigma of the judged one along that distance, where it is largest
+  double stated_m = 0.0;  ///< sigma of the checked one along that distance, where it is largest
 };
 
 using ContradictionList = std::vector<Contradiction>;
 
-/// Equal pieces of at most `longest_s`: a statement about half of a run helps nobody to find what
-/// is wrong.
+/// Equal parts of at most `longest_s`: an interval of half a run would not help to find the cause.
 [[nodiscard]] std::vector<Stretch> cut(const Stretch& whole, double longest_s);
 
 }  // namespace rali::monitor

@@ -40,7 +40,7 @@ double sigma_along(const Vec3& direction, const Mat3& covariance) {
   return std::sqrt(std::max(0.0, direction.dot(covariance * direction)));
 }
 
-/// Collects stretches; short ones are left out.
+/// Collects time intervals; short ones are left out.
 class Stretches {
  public:
   explicit Stretches(double span_min_s) : span_min_s_(span_min_s) {}
@@ -110,7 +110,7 @@ ContradictionList check_track(std::span<const StatedPose> judged,
     const double stated_m =
         sigma_along(T_reference_judged.R.transpose() * u, pose.position_covariance);
     const double reference_m = sigma_along(u, truth->position_covariance);
-    // Written so that what is not a number contradicts.
+    // A NaN counts as a contradiction.
     const bool agrees = off_m <= settings.off_min_m || off_m <= settings.sigmas_min * stated_m ||
                         off_m <= reference_m;
     if (agrees) {

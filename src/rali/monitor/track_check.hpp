@@ -8,19 +8,19 @@
 
 namespace rali::monitor {
 
-/// A pose with its uncertainty, as one estimate states it.
+/// A pose with its covariance, as stated by one estimate.
 struct StatedPose {
   Time t;
   geometry::SE3 T;
   geometry::Mat3 position_covariance = geometry::Mat3::Zero();  ///< in the frame of T [m^2]
 };
 
-/// Two estimates of one path: where does the judged one lie off the reference by more than it
-/// states? Compared are positions, at the stamps of the judged poses that lie between two reference
-/// poses at most 1 s apart. Where the reference itself is not sure to the distance, it contradicts
-/// nothing.
+/// Compares two estimates of one path: intervals in which the checked one differs from the
+/// reference by more than its covariance allows. It compares positions, at those stamps of the
+/// checked poses that lie between two reference poses at most 1 s apart. A reference whose sigma
+/// exceeds the difference contradicts nothing.
 /// @param judged, reference  by time
-/// @param T_reference_judged  how the frames lie to each other
+/// @param T_reference_judged  relative pose of the frames
 [[nodiscard]] ContradictionList check_track(std::span<const StatedPose> judged,
                                             std::span<const StatedPose> reference,
                                             const geometry::SE3& T_reference_judged,

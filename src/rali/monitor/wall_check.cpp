@@ -6,12 +6,12 @@ namespace rali::monitor {
 
 namespace {
 
-double ratio_of(std::size_t part, std::size_t of, int least) {
-  if (of < static_cast<std::size_t>(least)) return 0.0;
+double ratio_of(std::size_t part, std::size_t of, int minimum) {
+  if (of < static_cast<std::size_t>(minimum)) return 0.0;
   return static_cast<double>(part) / static_cast<double>(of);
 }
 
-/// How much a keyframe looks through walls, as a ratio of those in view; 0 where that is usual.
+/// Ratio of passed walls to those in view of a keyframe; 0 if it is within the limit.
 struct Through {
   double all = 0.0, others = 0.0;
 
@@ -22,29 +22,29 @@ struct Through {
     if (!(others > settings.through_others_max_ratio)) others = 0.0;
   }
 
-  [[nodiscard]] double most() const { return std::max(all, others); }
+  [[nodiscard]] double maximum() const { return std::max(all, others); }
 };
 
 }  // namespace
 
-std::size_t judged(std::span<const WallSight> sights, const MonitorSettings& settings) {
+std::size_t judged(std::span<const WallSight> lines_of_sight, const MonitorSettings& settings) {
   return static_cast<std::size_t>(
-      std::count_if(sights.begin(), sights.end(),
-                    [least = static_cast<std::size_t>(settings.looks_min)](const WallSight& s) {
-                      return s.looks >= least;
+      std::count_if(lines_of_sight.begin(), lines_of_sight.end(),
+                    [minimum = static_cast<std::size_t>(settings.looks_min)](const WallSight& s) {
+                      return s.looks >= minimum;
                     }));
 }
 
-bool looks_through(std::span<const WallSight> sights, const MonitorSettings& settings) {
-  return std::any_of(sights.begin(), sights.end(),
-                     [&](const WallSight& s) { return Through(s, settings).most() > 0.0; });
+bool looks_through(std::span<const WallSight> lines_of_sight, const MonitorSettings& settings) {
+  return std::any_of(lines_of_sight.begin(), lines_of_sight.end(),
+                     [&](const WallSight& s) { return Through(s, settings).maximum() > 0.0; });
 }
 
 MonitorSettings settings_for(std::span<const std::vector<WallSight>> vehicles,
                              const MonitorSettings& settings) {
-  const auto lookers =
-      std::count_if(vehicles.begin(), vehicles.end(), [&](const std::vector<WallSight>& sights) {
-        return std::any_of(sights.begin(), sights.end(),
+  const auto lookers = std::count_if(
+      vehicles.begin(), vehicles.end(), [&](const std::vector<WallSight>& lines_of_sight) {
+        return std::any_of(lines_of_sight.begin(), lines_of_sight.end(),
                            [&](const WallSight& s) { return Through(s, settings).others > 0.0; });
       });
   MonitorSettings out = settings;
@@ -52,14 +52,14 @@ MonitorSettings settings_for(std::span<const std::vector<WallSight>> vehicles,
   return out;
 }
 
-std::vector<SeenThrough> check_walls(std::span<const WallSight> sights,
+std::vector<SeenThrough> check_walls(std::span<const WallSight> lines_of_sight,
                                      const MonitorSettings& settings) {
   constexpr double kJoin_s = 5.0;
   std::vector<SeenThrough> out;
-  for (const WallSight& sight : sights) {
+  for (const WallSight& sight : lines_of_sight) {
     const Through looks(sight, settings);
     const double seen = ratio_of(sight.made_passed, sight.made, settings.made_min);
-    const double worst = std::max(looks.most(), seen > settings.through_max_ratio ? seen : 0.0);
+    const double worst = std::max(looks.maximum(), seen > settings.through_max_ratio ? seen : 0.0);
     if (!(worst > 0.0)) continue;
     if (out.empty() || seconds_between(out.back().when.end, sight.t) > kJoin_s) {
       out.push_back({{sight.t, sight.t}, 0.0, false});
@@ -67,7 +67,7 @@ std::vector<SeenThrough> check_walls(std::span<const WallSight> sights,
     SeenThrough& stretch = out.back();
     stretch.when.end = sight.t;
     stretch.ratio = std::max(stretch.ratio, worst);
-    stretch.looks |= looks.most() > 0.0;
+    stretch.looks |= looks.maximum() > 0.0;
     stretch.of_others |= looks.others > 0.0;
   }
   return out;

@@ -10,18 +10,18 @@ WallSight sight(double t_s, std::size_t looks, std::size_t passes) {
 }
 
 TEST(WallCheck, people_and_edges_are_no_contradiction) {
-  std::vector<WallSight> sights;
-  for (int i = 0; i < 100; ++i) sights.push_back(sight(i, 20000, 300));  // 1.5 %
-  EXPECT_TRUE(check_walls(sights, {}).empty());
+  std::vector<WallSight> lines_of_sight;
+  for (int i = 0; i < 100; ++i) lines_of_sight.push_back(sight(i, 20000, 300));  // 1.5 %
+  EXPECT_TRUE(check_walls(lines_of_sight, {}).empty());
 }
 
 TEST(WallCheck, a_stretch_that_looks_through_walls_is_named_once) {
-  std::vector<WallSight> sights;
+  std::vector<WallSight> lines_of_sight;
   for (int i = 0; i < 100; ++i) {
     const bool wrong = i >= 40 && i <= 50;
-    sights.push_back(sight(i, 20000, wrong ? 1600 + (i == 45 ? 400 : 0) : 100));
+    lines_of_sight.push_back(sight(i, 20000, wrong ? 1600 + (i == 45 ? 400 : 0) : 100));
   }
-  const auto found = check_walls(sights, {});
+  const auto found = check_walls(lines_of_sight, {});
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].when.begin, Time::from_s(40.0));
   EXPECT_EQ(found[0].when.end, Time::from_s(50.0));
@@ -29,17 +29,17 @@ TEST(WallCheck, a_stretch_that_looks_through_walls_is_named_once) {
 }
 
 TEST(WallCheck, stretches_far_apart_are_two) {
-  const std::vector<WallSight> sights{sight(0.0, 5000, 600), sight(1.0, 5000, 10),
-                                      sight(30.0, 5000, 700)};
-  EXPECT_EQ(check_walls(sights, {}).size(), 2U);
+  const std::vector<WallSight> lines_of_sight{sight(0.0, 5000, 600), sight(1.0, 5000, 10),
+                                              sight(30.0, 5000, 700)};
+  EXPECT_EQ(check_walls(lines_of_sight, {}).size(), 2U);
 }
 
-// Two vehicles in one map at wrong places: which of the two is wrong, walls do not state.
+// Two vehicles in one map at wrong poses: walls do not show which of the two is wrong.
 TEST(WallCheck, who_made_the_walls_is_named_like_who_looks_through_them) {
-  std::vector<WallSight> sights{{Time::from_s(1.0), 20000, 100, 1000, 400},
-                                {Time::from_s(2.0), 20000, 100, 1000, 30},
-                                {Time::from_s(3.0), 20000, 100, 100, 80}};
-  const auto found = check_walls(sights, {});
+  std::vector<WallSight> lines_of_sight{{Time::from_s(1.0), 20000, 100, 1000, 400},
+                                        {Time::from_s(2.0), 20000, 100, 1000, 30},
+                                        {Time::from_s(3.0), 20000, 100, 100, 80}};
+  const auto found = check_walls(lines_of_sight, {});
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].when.begin, Time::from_s(1.0));
   EXPECT_EQ(found[0].when.end, Time::from_s(1.0));
@@ -47,7 +47,8 @@ TEST(WallCheck, who_made_the_walls_is_named_like_who_looks_through_them) {
   EXPECT_NEAR(found[0].ratio, 0.4, 1e-9);
 }
 
-// A corridor that another vehicle has laid across one's own: a few hundred places among thousands.
+// A corridor that another vehicle has placed across one's own: a few hundred places among
+// thousands.
 TEST(WallCheck, walls_of_another_vehicle_count_apart) {
   WallSight crossing = sight(1.0, 20000, 500);
   crossing.others_looks = 450;

@@ -18,8 +18,8 @@ namespace {
 
 constexpr const char* kSealedType = "rali_msgs::msg::dds_::Sealed_";
 constexpr const char* kToAll = "all";
-constexpr int kBulkSamples = 64;   ///< on their way to one vehicle (middleware 4.1)
-constexpr int kReaderDepth = 256;  ///< taken out one by one as they come
+constexpr int kBulkSamples = 64;   ///< in transit to one vehicle (middleware 4.1)
+constexpr int kReaderDepth = 256;  ///< taken out one by one on arrival
 
 struct Channel {
   Urgency urgency;
@@ -32,7 +32,7 @@ constexpr std::array<Channel, 3> kChannels{{{Urgency::kRole, "rt/rali/role"},
 
 std::string partition_of(VehicleId vehicle) { return fmt::format("v{}", vehicle.value); }
 
-/// DDS partitions keep what is for one vehicle off the way to the others.
+/// DDS partitions keep traffic for one vehicle from the others.
 QosPtr make_qos(bool is_reliable, int depth, const std::vector<std::string>& partitions) {
   QosPtr qos(dds_create_qos());
   dds_qset_reliability(qos.get(),
@@ -46,7 +46,7 @@ QosPtr make_qos(bool is_reliable, int depth, const std::vector<std::string>& par
   return qos;
 }
 
-/// What a listener is given.
+/// Context of a listener.
 struct Source {
   Urgency urgency = Urgency::kRole;
   FleetInbox* inbox = nullptr;
@@ -120,7 +120,7 @@ class DdsFleetLink final : public FleetLink {
   std::shared_ptr<BlobCounts> blob_counts_;
   FleetInbox inbox_;
   std::array<Source, kChannels.size()> sources_{};
-  std::unique_ptr<DdsDomain> domain_;  ///< goes first: its listeners use what stands above
+  std::unique_ptr<DdsDomain> domain_;  ///< destroyed first: its listeners use the members above
   std::array<dds_entity_t, kChannels.size()> topics_{};
   std::array<const ddsi_sertype*, kChannels.size()> types_{};
   std::map<Destination, dds_entity_t> writers_;
@@ -153,7 +153,7 @@ Status DdsFleetLink::open_channel(const Channel& channel) {
       return status;
     }
   }
-  // Facts have no common writer: one vehicle that is cut off would hold up all others.
+  // Facts have no common writer: one disconnected vehicle would block all others.
   if (channel.urgency == Urgency::kBulk) return {};
   return add_writer(channel, kEveryone, kToAll);
 }

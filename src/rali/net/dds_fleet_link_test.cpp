@@ -44,7 +44,7 @@ FleetLinkOptions options_of(VehicleId self, std::uint32_t epoch = 1) {
   return out;
 }
 
-/// Settings of somebody who is in the network, but not in the fleet.
+/// Settings of an outsider that is in the network, but not in the fleet.
 std::string outsider_config() {
   FleetLinkOptions out = options_of(kV1);
   out.self = VehicleId{9};
@@ -63,7 +63,7 @@ bool is_matched(const FleetLink& link, VehicleId peer) {
   return row(counts, peer).matched;
 }
 
-/// What arrives until there are `n`, at most for ten seconds.
+/// Messages until there are `n`, for at most ten seconds.
 std::vector<Arrived> take(FleetLink& link, std::size_t n) {
   std::vector<Arrived> out;
   const double end_s = seconds_now() + 10.0;
@@ -74,7 +74,7 @@ std::vector<Arrived> take(FleetLink& link, std::size_t n) {
   return out;
 }
 
-/// As the sender of facts does it: what is refused is kept and sent later.
+/// As the sender of facts does: a refused message is kept and sent later.
 bool send_in_time(FleetLink& link, std::optional<VehicleId> to, const Bytes& bytes,
                   double limit_s = 10.0) {
   return holds_within(limit_s, [&] { return link.send(to, Urgency::kBulk, bytes); });
@@ -152,7 +152,7 @@ TEST_F(DdsFleetLinks, a_full_queue_refuses_and_what_was_taken_arrives) {
   EXPECT_EQ(row(v1_->counts(), kV2).refused, refused);
 }
 
-TEST_F(DdsFleetLinks, a_restarted_vehicle_is_heard_again) {
+TEST_F(DdsFleetLinks, a_restarted_vehicle_is_received_again) {
   ASSERT_TRUE(is_joined());
   EXPECT_TRUE(v1_->send(kV2, Urgency::kBulk, message(10)));
   EXPECT_EQ(take(*v2_, 1).size(), 1U);
@@ -172,7 +172,7 @@ TEST_F(DdsFleetLinks, forged_repeated_and_cut_samples_are_counted_and_dropped) {
   ASSERT_EQ(thief.error(), "");
   thief.open_reader(qos_for_test(true, "v2"));
   thief.open_writer(qos_for_test(true, "v2"));
-  // Two readers of partition v2, so that what is sent to v2 reaches the thief too.
+  // Two readers of partition v2, so that messages to v2 reach the thief too.
   ASSERT_TRUE(holds_within(10.0, [&] { return thief.is_matched(); }));
   std::vector<Bytes> stolen;
   std::uint64_t sent = 0;
@@ -213,15 +213,15 @@ TEST_F(DdsFleetLinks, a_flood_of_forgeries_takes_no_place_in_the_queue) {
   ASSERT_TRUE(holds_within(10.0, [&] { return hostile.is_matched(); }));
   FleetKey wrong;
   EnvelopeSealer liar(kV1, 99, wrong);
-  std::size_t heard = 0;
+  std::size_t received = 0;
   for (int i = 0; i < 3000; ++i) {
     EXPECT_TRUE(hostile.write(encode_sealed(liar.seal(kEveryone, Urgency::kRole, message(200)))));
     if (i % 300 == 0) {
       EXPECT_TRUE(v1_->send(kV2, Urgency::kBulk, message(300)));
-      heard += take(*v2_, 1).size();
+      received += take(*v2_, 1).size();
     }
   }
-  EXPECT_EQ(heard, 10U);
+  EXPECT_EQ(received, 10U);
   EXPECT_TRUE(holds_within(10.0, [&] { return row(v2_->counts(), kV1).forged > 1000; }));
   EXPECT_TRUE(v2_->take().empty());
 }
@@ -246,7 +246,7 @@ TEST_F(DdsFleetLinks, one_who_floods_with_the_key_loses_its_own_messages_only) {
   EXPECT_EQ(row(v2_->counts(), kV1).overflowed, 0U);
 }
 
-/// A vehicle in a process of its own, which can be stopped at once.
+/// A vehicle in a process of its own, which can be killed at once.
 class OtherProcess {
  public:
   explicit OtherProcess(const FleetLinkOptions& options) {

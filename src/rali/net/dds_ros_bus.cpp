@@ -20,10 +20,10 @@
 namespace rali::net {
 namespace {
 
-constexpr std::string_view kEnclave = "enclave=/;";  // without it ROS 2 passes a participant over
+constexpr std::string_view kEnclave = "enclave=/;";  // without it ROS 2 ignores a participant
 constexpr int kDepthMax = 1000;
 constexpr int kRosDomainMax = 232;           // RTPS 9.6.1.1
-constexpr std::size_t kEndpointsMax = 1024;  ///< of which published() knows
+constexpr std::size_t kEndpointsMax = 1024;  ///< limit of published()
 
 struct Topic {
   dds_entity_t entity = 0;
@@ -35,7 +35,7 @@ struct Writer {
   const ddsi_sertype* type = nullptr;
 };
 
-/// What a listener is given.
+/// Context of a listener.
 struct Subscription {
   int number = 0;
   RosInbox* inbox = nullptr;
@@ -43,7 +43,7 @@ struct Subscription {
 
 QosPtr make_qos(const RosQos& wanted) {
   QosPtr qos(dds_create_qos());
-  // 0: publish() never waits.
+  // 0: publish() never blocks.
   dds_qset_reliability(qos.get(),
                        wanted.reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, 0);
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, wanted.depth);
@@ -120,7 +120,7 @@ class DdsRosBus final : public RosBus {
   RosInbox inbox_;
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
   std::atomic<std::uint64_t> published_{0}, refused_{0};
-  std::unique_ptr<DdsDomain> domain_;  ///< goes first: its listeners use what stands above
+  std::unique_ptr<DdsDomain> domain_;  ///< destroyed first: its listeners use the members above
   std::map<std::pair<std::string, std::string>, Topic> topics_;
   std::vector<Writer> writers_;
   Writer announcement_;
@@ -210,7 +210,7 @@ Result<int> DdsRosBus::subscribe(const RosTopic& wanted) {
   subscription->inbox = &inbox_;
   const ListenerPtr listener(dds_create_listener(subscription.get()));
   dds_lset_data_available(listener.get(), on_data);
-  subscriptions_.push_back(std::move(subscription));  // lives on, whatever happens below
+  subscriptions_.push_back(std::move(subscription));  // kept even if a call below fails
   const QosPtr qos = make_qos(wanted.qos);
   const dds_entity_t reader =
       dds_create_reader(domain_->participant(), topic->entity, qos.get(), listener.get());
@@ -240,7 +240,7 @@ std::vector<RosTopic> DdsRosBus::published() const {
     if (!name || !type) continue;
     const auto [at, is_new] =
         found.try_emplace({*name, *type}, RosTopic{*name, *type, read_qos(endpoint.qos)});
-    if (!is_new) {  // what all of its writers offer
+    if (!is_new) {  // only what all of its writers offer
       const RosQos other = read_qos(endpoint.qos);
       at->second.qos.reliable = at->second.qos.reliable && other.reliable;
       at->second.qos.transient_local = at->second.qos.transient_local && other.transient_local;

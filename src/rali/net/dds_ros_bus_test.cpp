@@ -21,7 +21,7 @@ constexpr RosQos kReliable{true, false, 50};
 constexpr RosQos kLatched{true, true, 1};
 const std::string kCloudType = "sensor_msgs/msg/PointCloud2";
 
-/// CDR of `size` bytes that tell their place and `number`.
+/// CDR of `size` bytes that encode their index and `number`.
 Bytes message(std::size_t size, std::uint8_t number = 0) {
   Bytes out(size);
   for (std::size_t i = 4; i < size; ++i)
@@ -62,7 +62,7 @@ class DdsRosBuses : public ::testing::Test {
     return holds_within(10.0, [&] { return bus.readers(publication) > 0; });
   }
 
-  /// A reader is seen by the writer before it has seen the writer itself.
+  /// The writer discovers a reader before the reader discovers the writer.
   [[nodiscard]] bool wait_for_topic(const RosBus& bus, const std::string& name) {
     return holds_within(10.0, [&] {
       const auto topics = bus.published();
@@ -237,7 +237,7 @@ TEST_F(DdsRosBuses, ros_2_sees_a_node_with_its_topics) {
     return is_seen;
   }));
 
-  // `ros2 node list` passes over participants without an enclave.
+  // `ros2 node list` ignores participants without an enclave.
   const dds_entity_t reader =
       dds_create_reader(tool.participant(), DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr);
   std::array<void*, 16> samples{};

@@ -9,8 +9,8 @@ namespace {
 
 constexpr std::uint8_t kMagic = 'R';
 constexpr std::uint8_t kVersion = 1;
-/// Of what goes to all, once a second, so many may have been seen and not been saved. A restart
-/// takes longer than it takes to send them. What goes to one vehicle is rare, and each counts.
+/// Messages to all are sent once a second: this many may have been received but not saved. A
+/// restart takes longer than sending them. Messages to one vehicle are rare, and each is saved.
 constexpr std::uint64_t kUnsaved = 3;
 
 static_assert(kEnvelopeHeaderBytes == crypto_aead_xchacha20poly1305_ietf_NPUBBYTES);
@@ -91,7 +91,7 @@ void ReplayWindow::recall(std::uint32_t epoch, std::uint64_t counter) {
   if (!newer) return;
   epoch_ = epoch;
   newest_ = counter;
-  seen_.set();  // which of them had come is not known: none comes again
+  seen_.set();  // which of them had arrived is unknown: all are rejected
 }
 
 EnvelopeOpener::EnvelopeOpener(VehicleId self, const FleetKey& key,

@@ -175,7 +175,7 @@ TEST_F(Envelope, after_a_restart_of_its_receiver_no_recorded_one_is_opened_again
   }
   const auto vote = sealer.seal(kV2.value, Urgency::kRole, Bytes{3});
   EnvelopeOpener before(kV2, key_of(0x11), {{kV1, 0}});
-  // Two more came after the last save.
+  // Two more arrived after the last save.
   for (std::size_t k = 0; k < 6; ++k) {
     static_cast<void>(before.open(Urgency::kRole, heartbeats[k]));
   }

@@ -17,7 +17,7 @@ struct MemoryFleet::Hub {
     Arrived arrived;
   };
 
-  using Way = std::pair<VehicleId, VehicleId>;  ///< from, to
+  using Path = std::pair<VehicleId, VehicleId>;  ///< from, to
 
   std::vector<VehicleId> vehicles;
   std::function<Time()> now;
@@ -25,12 +25,12 @@ struct MemoryFleet::Hub {
 
   mutable std::mutex mutex;
   std::condition_variable changed;
-  std::set<Way> cuts;
+  std::set<Path> cuts;
   std::set<VehicleId> open;  ///< vehicles whose link exists
   std::map<VehicleId, std::deque<Waiting>> queues;
-  std::map<Way, LinkCounts> counts;  ///< of the first, about the second
+  std::map<Path, LinkCounts> counts;  ///< of the first vehicle, about the second
 
-  /// Under the lock. False: the queue is full or nobody is there.
+  /// Requires the lock. False: the queue is full or there is no receiver.
   bool put(VehicleId from, VehicleId to, Urgency urgency, std::span<const std::uint8_t> bytes);
   bool make_room(VehicleId to, VehicleId from, Urgency urgency);
 };
@@ -58,7 +58,7 @@ bool MemoryFleet::Hub::put(VehicleId from, VehicleId to, Urgency urgency,
   }
   ++sender.sent;
   sender.sent_bytes += bytes.size();
-  if (!there) return true;  // sent into nothing, as over the air
+  if (!there) return true;  // lost silently, as over the air
   LinkCounts& receiver = counts[{to, from}];
   ++receiver.arrived;
   receiver.arrived_bytes += bytes.size();

@@ -49,7 +49,7 @@ TEST_F(MemoryFleetLinks, a_full_queue_refuses_facts_and_drops_the_oldest_role) {
   EXPECT_EQ(v2_->counts()[0].overflowed, 2U);
 }
 
-TEST_F(MemoryFleetLinks, a_cut_is_one_way) {
+TEST_F(MemoryFleetLinks, a_cut_is_one_path) {
   fleet_.cut(kV1, kV2, true);
   EXPECT_FALSE(v1_->send(kV2, Urgency::kBulk, Bytes{1})) << "nobody is there";
   EXPECT_TRUE(v1_->send(kV2, Urgency::kRole, Bytes{1})) << "sent into nothing";

@@ -31,7 +31,7 @@ bool is_absolute_name(std::string_view name) {
   return true;
 }
 
-/// package and Name of a text with `between` between them, both words.
+/// Splits a text into package and Name at `between`; both must be words.
 bool split(std::string_view text, std::string_view between, std::string_view& package,
            std::string_view& name) {
   const std::size_t at = text.find(between);

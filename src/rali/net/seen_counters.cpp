@@ -8,7 +8,7 @@ namespace {
 constexpr std::uint8_t kVersion = 1;
 /// vehicle u16, to all u8, urgency u8, epoch u32, counter u64, little endian.
 constexpr std::size_t kRowBytes = 16;
-constexpr std::size_t kRowsMax = 254;  ///< 4 KiB less the heads of slot and list
+constexpr std::size_t kRowsMax = 254;  ///< 4 KiB minus the heads of slot and list
 
 void put(std::vector<std::byte>& out, std::uint64_t value, std::size_t bytes) {
   for (std::size_t k = 0; k < bytes; ++k) {

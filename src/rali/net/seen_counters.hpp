@@ -10,9 +10,9 @@
 
 namespace rali::net {
 
-/// The newest message of one kind that was accepted of another vehicle. Kept on the disk, it
-/// decides after a restart what is old: else whatever was recorded on the network of a vehicle's
-/// present epoch could be sent once more.
+/// The newest message of one kind accepted from another vehicle. It is kept on disk to detect old
+/// messages after a restart. Otherwise recorded messages of a vehicle's present epoch could be
+/// replayed.
 struct SeenCounter {
   VehicleId from;
   bool to_all = false;
@@ -22,10 +22,10 @@ struct SeenCounter {
   bool operator==(const SeenCounter&) const = default;
 };
 
-/// As many as fit a slot of the disk are kept, in their order.
+/// As many as fit into one slot on disk are kept, in their order.
 [[nodiscard]] std::vector<std::byte> encode_seen(std::span<const SeenCounter> seen);
 
-/// Nothing for bytes that encode_seen() has not made.
+/// Nothing for bytes that encode_seen() did not make.
 [[nodiscard]] std::optional<std::vector<SeenCounter>> decode_seen(std::span<const std::byte> bytes);
 
 }  // namespace rali::net

@@ -65,7 +65,7 @@ Result<SerialPort> SerialPort::open(const std::string& path, int baud) {
       ::tcsetattr(descriptor, TCSANOW, &mode) != 0) {
     return port_fault(path, "cannot be set", errno);
   }
-  ::tcflush(descriptor, TCIFLUSH);  // bytes of another speed
+  ::tcflush(descriptor, TCIFLUSH);  // discards bytes received at another speed
   return port;
 }
 
@@ -93,7 +93,7 @@ Result<SerialBytes> SerialPort::read(Duration timeout) {
   out.bytes.resize(kReadBytesMax);
   const ssize_t n = ::read(descriptor_, out.bytes.data(), out.bytes.size());
   if (n < 0 && errno != EAGAIN && errno != EINTR) return port_fault(path_, "is gone", errno);
-  // A device that was unplugged is ready for ever and has no bytes.
+  // An unplugged device is always ready and has no bytes.
   if (n == 0 || (n < 0 && (wait.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0)) {
     return port_fault(path_, "is gone", ENODEV);
   }

@@ -26,7 +26,7 @@ class SerialPort {
   SerialPort& operator=(SerialPort&& other) noexcept;
   ~SerialPort();
 
-  /// What has come, at most 4096 bytes; waits at most `timeout` for the first.
+  /// Available bytes, at most 4096; waits at most `timeout` for the first.
   /// Errors: kMachine (the device is gone).
   [[nodiscard]] Result<SerialBytes> read(Duration timeout);
 

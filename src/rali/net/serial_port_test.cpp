@@ -19,7 +19,7 @@ namespace {
 
 const Duration kSecond = Duration::from_s(1.0);
 
-/// A pseudo terminal: what is written to `device` comes out of a SerialPort at `name`.
+/// A pseudo terminal: bytes written to `device` are read by a SerialPort at `name`.
 class PseudoTerminal {
  public:
   PseudoTerminal() {

@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "rali/odometry/body_side_filter.hpp"
+#include "rali/odometry/body_augmented_filter.hpp"
 
 namespace rali::odometry {
 
@@ -21,7 +21,8 @@ class BodyFrameOdometry final : public Odometry {
  public:
   BodyFrameOdometry(std::unique_ptr<Odometry> inner, const SE3& T_body_imu)
       : inner_(std::move(inner)), T_imu_body_(T_body_imu.inverse()) {
-    if (SideFilter* side = inner_->side_filter()) side_.emplace(*side, T_imu_body_);
+    if (AugmentedFilter* augmented = inner_->augmented_filter())
+      augmented_.emplace(*augmented, T_imu_body_);
   }
 
   void add_imu(const sensor::ImuSample& sample) override {
@@ -44,8 +45,8 @@ class BodyFrameOdometry final : public Odometry {
 
   [[nodiscard]] std::uint64_t state_hash() const override { return inner_->state_hash(); }
 
-  [[nodiscard]] SideFilter* side_filter() override {
-    return side_ && anchored_ ? &*side_ : nullptr;
+  [[nodiscard]] AugmentedFilter* augmented_filter() override {
+    return augmented_ && anchored_ ? &*augmented_ : nullptr;
   }
 
  private:
@@ -53,7 +54,7 @@ class BodyFrameOdometry final : public Odometry {
   [[nodiscard]] std::shared_ptr<const Keyframe> converted(const Keyframe& in, const Mat6& J) const;
 
   std::unique_ptr<Odometry> inner_;
-  std::optional<BodySideFilter> side_;
+  std::optional<BodyAugmentedFilter> augmented_;
   SE3 T_imu_body_;
   SE3 T_odom_inner_;  ///< yaw and translation only: keeps z up
   bool anchored_ = false;
@@ -62,12 +63,12 @@ class BodyFrameOdometry final : public Odometry {
   std::vector<Vec3> normals_;
 };
 
-/// Chooses odom so that the body starts at its origin, heading along x.
+/// Sets odom so that the body starts at its origin, heading along x.
 void BodyFrameOdometry::anchor(const SE3& T_inner_body) {
   const double yaw = std::atan2(T_inner_body.R(1, 0), T_inner_body.R(0, 0));
   T_odom_inner_.R = geometry::so3_exp(Vec3(0.0, 0.0, -yaw));
   T_odom_inner_.p = -(T_odom_inner_.R * T_inner_body.p);
-  if (side_) side_->set_odom(T_odom_inner_);
+  if (augmented_) augmented_->set_odom(T_odom_inner_);
   anchored_ = true;
 }
 

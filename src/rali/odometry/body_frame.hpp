@@ -7,8 +7,8 @@
 namespace rali::odometry {
 
 /// Runs an odometry in the frame of the IMU, where its samples need no lever arm, and reports in
-/// the frame of the body: `inner` must have been made with imu_calibration(). Odom has its origin
-/// and heading at the body's first pose.
+/// the body frame. `inner` must have been made with imu_calibration(). Odom has its origin and
+/// heading at the body's first pose.
 [[nodiscard]] std::unique_ptr<Odometry> in_body_frame(std::unique_ptr<Odometry> inner,
                                                       const geometry::SE3& T_body_imu);
 

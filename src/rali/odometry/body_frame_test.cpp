@@ -19,7 +19,7 @@ using geometry::so3_exp;
 using geometry::Vec3;
 using geometry::Vec6;
 
-/// An odometry that says what the test wants.
+/// An odometry that returns the given result.
 class Canned final : public Odometry {
  public:
   explicit Canned(const ScanResult& result) : result_(result) {}
@@ -40,7 +40,7 @@ class Canned final : public Odometry {
   const ScanResult& result_;
 };
 
-// The IMU is turned by 90 degrees about z and sits 40 cm behind and 30 cm beside the body.
+// The IMU is rotated by 90 degrees about z and mounted 40 cm behind and 30 cm beside the body.
 const SE3 kBodyImu{so3_exp(Vec3(0.0, 0.0, M_PI / 2)), Vec3(-0.4, 0.3, 0.1)};
 
 struct Fixture {
@@ -63,7 +63,7 @@ TEST(BodyFrame, is_nothing_when_the_imu_is_the_body) {
 
 TEST(BodyFrame, starts_at_the_origin_heading_along_x_and_follows_the_body) {
   Fixture f;
-  // What the IMU sees in its own odom, which begins at the IMU's first pose.
+  // The IMU's path in its own odom, which starts at the IMU's first pose.
   const auto body = [](double s) {
     return SE3{so3_exp(Vec3(0.0, 0.0, 0.3 * s)), Vec3(2.0 * s, 0.5 * s * s, 0.0)};
   };
@@ -127,7 +127,7 @@ TEST(BodyFrame, turns_planes_keyframes_and_gravity_with_it) {
   Fixture f;
   f.inner.T_odom_body = {so3_exp(Vec3(0.0, 0.0, 0.7)), Vec3(1.0, 2.0, 0.0)};
   std::vector<degeneracy::PlaneEvidence> planes(1);
-  const Vec3 x_inner(4.0, 5.0, 6.0);  // where the plane's points are
+  const Vec3 x_inner(4.0, 5.0, 6.0);  // position of the plane's points
   planes[0].n_odom = Vec3::UnitX();
   planes[0].lever_odom_m = x_inner - f.inner.T_odom_body.p;
   f.inner.planes = planes;
@@ -145,7 +145,7 @@ TEST(BodyFrame, turns_planes_keyframes_and_gravity_with_it) {
             1e-12);
   EXPECT_LT((f.outer->gravity_odom() - T_odom_inner.R * Vec3(0.1, 0.0, -9.8)).norm(), 1e-12);
   ASSERT_NE(out.keyframe, nullptr);
-  // The point stays where it is in the world, the ray's start too.
+  // The point and the ray's origin keep their positions in the world.
   const Vec3 world = T_odom_inner * (f.inner.T_odom_body * Vec3(1.0, 2.0, 3.0));
   const KeyframeCloud& c = out.keyframe->cloud;
   const Vec3 seen = out.keyframe->T_odom_body * Vec3(c.x_m[0], c.y_m[0], c.z_m[0]);

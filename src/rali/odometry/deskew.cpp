@@ -9,7 +9,7 @@ namespace rali::odometry {
 namespace {
 
 constexpr double kTableStep_s = 0.0025;
-constexpr int kTableMax = 4096;  // 10 s: longer sweeps are no sweeps, points are clamped
+constexpr int kTableMax = 4096;  // 10 s: longer durations are invalid, points are clamped
 
 geometry::SE3 pose_at(std::span<const TimedPose> poses, Time t) {
   if (poses.size() == 1) return poses.front().T_odom_body;
@@ -30,37 +30,37 @@ void BodyPoints::resize(std::size_t n) {
   for (std::vector<float>* v : {&x_m, &y_m, &z_m, &age_s}) v->resize(n);
 }
 
-SweepMotion::SweepMotion(std::span<const TimedPose> poses, Time t_begin,
-                         const geometry::SE3& T_body_lidar)
-    : t_begin_(t_begin) {
+ScanMotion::ScanMotion(std::span<const TimedPose> poses, Time t_start,
+                       const geometry::SE3& T_body_lidar)
+    : t_start_(t_start) {
   RALI_ASSERT(!poses.empty());
   const geometry::SE3 T_end_odom = poses.back().T_odom_body.inverse();
-  const double span_s = std::max(0.0, (poses.back().t - t_begin).s());
+  const double span_s = std::max(0.0, (poses.back().t - t_start).s());
   const int steps = std::min(kTableMax, static_cast<int>(std::ceil(span_s / kTableStep_s)));
   const double step_s = steps > 0 ? span_s / steps : 0.0;
   step_inverse_ = steps > 0 ? static_cast<float>(1.0 / step_s) : 0.0F;
   T_end_lidar_.resize(static_cast<std::size_t>(steps) + 2);
   for (int k = 0; k <= steps; ++k) {
-    const geometry::SE3 T_odom_body = pose_at(poses, t_begin + Duration::from_s(k * step_s));
+    const geometry::SE3 T_odom_body = pose_at(poses, t_start + Duration::from_s(k * step_s));
     const geometry::SE3 T = T_end_odom * T_odom_body * T_body_lidar;
     T_end_lidar_[static_cast<std::size_t>(k)] << T.R.cast<float>(), T.p.cast<float>();
   }
   T_end_lidar_.back() = T_end_lidar_[static_cast<std::size_t>(steps)];
 }
 
-SweepMotion::SweepMotion(const geometry::SE3& T_body_lidar) : T_end_lidar_(2) {
+ScanMotion::ScanMotion(const geometry::SE3& T_body_lidar) : T_end_lidar_(2) {
   T_end_lidar_[0] << T_body_lidar.R.cast<float>(), T_body_lidar.p.cast<float>();
   T_end_lidar_[1] = T_end_lidar_[0];
 }
 
 namespace {
 
-/// Some points of a sweep and where in the table each one's time lies, in flat arrays that the
-/// compiler can work on four at a time.
+/// Some points of a scan and the position of each one's time in the table, in flat arrays that the
+/// compiler can vectorise.
 struct Block {
   static constexpr std::size_t kSize = 64;
   float x[kSize], y[kSize], z[kSize], dt[kSize];
-  float share[kSize];
+  float fraction[kSize];
   int cell[kSize];
 };
 
@@ -75,13 +75,14 @@ void load(const sensor::LidarScan& scan, std::span<const std::uint32_t> indices,
   }
 }
 
-/// Points begin to end of the block, all between the transforms a and b (column-major 3x4).
+/// Transforms points begin to end of the block, all between the transforms a and b (column-major
+/// 3x4).
 void transform(const Block& p, std::size_t begin, std::size_t end, const float* a, const float* b,
                float* x, float* y, float* z) {
   float d[12];
   for (int j = 0; j < 12; ++j) d[j] = b[j] - a[j];
   for (std::size_t k = begin; k < end; ++k) {
-    const float f = p.share[k];
+    const float f = p.fraction[k];
     x[k] = (a[0] + f * d[0]) * p.x[k] + (a[3] + f * d[3]) * p.y[k] + (a[6] + f * d[6]) * p.z[k] +
            (a[9] + f * d[9]);
     y[k] = (a[1] + f * d[1]) * p.x[k] + (a[4] + f * d[4]) * p.y[k] + (a[7] + f * d[7]) * p.z[k] +
@@ -93,13 +94,13 @@ void transform(const Block& p, std::size_t begin, std::size_t end, const float* 
 
 }  // namespace
 
-void SweepMotion::apply(const sensor::LidarScan& scan, std::span<const std::uint32_t> indices,
-                        BodyPoints& out) const {
+void ScanMotion::apply(const sensor::LidarScan& scan, std::span<const std::uint32_t> indices,
+                       BodyPoints& out) const {
   const std::size_t n = indices.empty() ? scan.size() : indices.size();
   out.resize(n);
   const int last = static_cast<int>(T_end_lidar_.size()) - 2;
-  const float span_s = static_cast<float>((scan.t_end - scan.t_begin).s());
-  const float shift_s = static_cast<float>((scan.t_begin - t_begin_).s());
+  const float span_s = static_cast<float>((scan.t_end - scan.t_start).s());
+  const float shift_s = static_cast<float>((scan.t_start - t_start_).s());
   const bool moving = step_inverse_ > 0.0F && scan.has_point_times && !scan.deskewed;
   Block b{};
   for (std::size_t first = 0; first < n; first += Block::kSize) {
@@ -108,10 +109,10 @@ void SweepMotion::apply(const sensor::LidarScan& scan, std::span<const std::uint
     for (std::size_t k = 0; k < size; ++k) {
       const float u = moving ? (b.dt[k] + shift_s) * step_inverse_ : static_cast<float>(last);
       b.cell[k] = std::clamp(static_cast<int>(u), 0, last);
-      b.share[k] = std::clamp(u - static_cast<float>(b.cell[k]), 0.0F, 1.0F);
+      b.fraction[k] = std::clamp(u - static_cast<float>(b.cell[k]), 0.0F, 1.0F);
       out.age_s[first + k] = moving ? span_s - b.dt[k] : 0.0F;
     }
-    // Points come nearly in the order of time: long runs share the two transforms.
+    // Points are nearly in order of time: long runs use the same two transforms.
     for (std::size_t begin = 0, end = 0; begin < size; begin = end) {
       const int cell = b.cell[begin];
       while (end < size && b.cell[end] == cell) ++end;

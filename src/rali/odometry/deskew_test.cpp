@@ -19,13 +19,13 @@ const SE3 kBodyLidar{so3_exp(Vec3(0.0, 0.1, 0.5)), Vec3(0.2, -0.1, 0.4)};
 
 SE3 body_at(double t_s) { return {so3_exp(t_s * kRate), Vec3(10.0, 5.0, 0.0) + t_s * kSpeed}; }
 
-/// Fixed points of the world, each seen at its own time.
-struct Sweep {
+/// Fixed points of the world, each measured at its own time.
+struct Scan {
   sensor::LidarScan scan;
   std::vector<Vec3> world;
 
-  Sweep() {
-    scan.t_begin = Time::from_s(100.0);
+  Scan() {
+    scan.t_start = Time::from_s(100.0);
     scan.t_end = Time::from_s(100.1);
     scan.has_point_times = true;
     for (int k = 0; k <= 200; ++k) {
@@ -43,13 +43,13 @@ struct Sweep {
     std::vector<TimedPose> out;
     for (int k = 0; k <= 20; ++k) {
       const double t_s = from_s + (0.1 - from_s) * k / 20;
-      out.push_back({scan.t_begin + Duration::from_s(t_s), body_at(t_s)});
+      out.push_back({scan.t_start + Duration::from_s(t_s), body_at(t_s)});
     }
     return out;
   }
 
-  /// Largest distance of a deskewed point from where it is in the world.
-  [[nodiscard]] double worst_error_m(const SweepMotion& motion,
+  /// Largest distance of a deskewed point from its position in the world.
+  [[nodiscard]] double worst_error_m(const ScanMotion& motion,
                                      std::span<const std::uint32_t> indices = {}) const {
     BodyPoints out;
     motion.apply(scan, indices, out);
@@ -64,86 +64,84 @@ struct Sweep {
   }
 };
 
-TEST(SweepMotion, puts_every_point_where_it_was_when_the_body_was_elsewhere) {
-  const Sweep sweep;
-  // 20 cm and 11 degrees of motion within the sweep; left is what linear tables leave.
-  EXPECT_LT(sweep.worst_error_m(SweepMotion(sweep.poses(0.0), sweep.scan.t_begin, kBodyLidar)),
-            1e-4);
+TEST(ScanMotion, puts_every_point_where_it_was_when_the_body_was_elsewhere) {
+  const Scan scan;
+  // 20 cm and 11 degrees of motion within the scan; the rest is the error of linear tables.
+  EXPECT_LT(scan.worst_error_m(ScanMotion(scan.poses(0.0), scan.scan.t_start, kBodyLidar)), 1e-4);
   BodyPoints raw;
-  SweepMotion(kBodyLidar).apply(sweep.scan, {}, raw);
+  ScanMotion(kBodyLidar).apply(scan.scan, {}, raw);
   const Vec3 first = body_at(0.1) * Vec3(raw.x_m[0], raw.y_m[0], raw.z_m[0]);
-  EXPECT_GT((first - sweep.world[0]).norm(), 0.5);  // the test would see a missing correction
+  EXPECT_GT((first - scan.world[0]).norm(), 0.5);  // the test would detect a missing correction
 }
 
-TEST(SweepMotion, takes_only_the_points_asked_for) {
-  const Sweep sweep;
+TEST(ScanMotion, takes_only_the_points_asked_for) {
+  const Scan scan;
   const std::vector<std::uint32_t> indices{7, 3, 200};
-  const SweepMotion motion(sweep.poses(0.0), sweep.scan.t_begin, kBodyLidar);
+  const ScanMotion motion(scan.poses(0.0), scan.scan.t_start, kBodyLidar);
   BodyPoints out;
-  motion.apply(sweep.scan, indices, out);
+  motion.apply(scan.scan, indices, out);
   EXPECT_EQ(out.size(), 3U);
-  EXPECT_LT(sweep.worst_error_m(motion, indices), 1e-4);
+  EXPECT_LT(scan.worst_error_m(motion, indices), 1e-4);
 }
 
-TEST(SweepMotion, extrapolates_before_the_first_pose) {
-  const Sweep sweep;
-  // Poses begin 40 ms late: at a constant rate nothing is lost.
-  const SweepMotion motion(sweep.poses(0.04), sweep.scan.t_begin, kBodyLidar);
-  EXPECT_LT(sweep.worst_error_m(motion), 1e-4);
+TEST(ScanMotion, extrapolates_before_the_first_pose) {
+  const Scan scan;
+  // Poses start 40 ms late: at a constant rate the extrapolation is exact.
+  const ScanMotion motion(scan.poses(0.04), scan.scan.t_start, kBodyLidar);
+  EXPECT_LT(scan.worst_error_m(motion), 1e-4);
 }
 
-TEST(SweepMotion, uses_only_the_part_of_the_poses_that_the_sweep_covers) {
-  const Sweep sweep;
-  EXPECT_LT(sweep.worst_error_m(SweepMotion(sweep.poses(-0.3), sweep.scan.t_begin, kBodyLidar)),
-            1e-4);
+TEST(ScanMotion, uses_only_the_part_of_the_poses_that_the_sweep_covers) {
+  const Scan scan;
+  EXPECT_LT(scan.worst_error_m(ScanMotion(scan.poses(-0.3), scan.scan.t_start, kBodyLidar)), 1e-4);
 }
 
-TEST(SweepMotion, moves_all_points_alike_without_times_or_when_already_deskewed) {
-  Sweep sweep;
-  const SweepMotion motion(sweep.poses(0.0), sweep.scan.t_begin, kBodyLidar);
+TEST(ScanMotion, moves_all_points_alike_without_times_or_when_already_deskewed) {
+  Scan scan;
+  const ScanMotion motion(scan.poses(0.0), scan.scan.t_start, kBodyLidar);
   for (const bool deskewed : {false, true}) {
-    sweep.scan.has_point_times = deskewed;
-    sweep.scan.deskewed = deskewed;
+    scan.scan.has_point_times = deskewed;
+    scan.scan.deskewed = deskewed;
     BodyPoints out;
-    motion.apply(sweep.scan, {}, out);
+    motion.apply(scan.scan, {}, out);
     for (std::size_t i = 0; i < out.size(); ++i) {
-      const Vec3 p = kBodyLidar * Vec3(sweep.scan.x_m[i], sweep.scan.y_m[i], sweep.scan.z_m[i]);
+      const Vec3 p = kBodyLidar * Vec3(scan.scan.x_m[i], scan.scan.y_m[i], scan.scan.z_m[i]);
       EXPECT_LT((Vec3(out.x_m[i], out.y_m[i], out.z_m[i]) - p).norm(), 1e-5);
       EXPECT_EQ(out.age_s[i], 0.0F);
     }
   }
 }
 
-TEST(SweepMotion, one_pose_is_no_motion) {
-  const Sweep sweep;
-  const std::vector<TimedPose> one{{sweep.scan.t_end, body_at(0.1)}};
+TEST(ScanMotion, one_pose_is_no_motion) {
+  const Scan scan;
+  const std::vector<TimedPose> one{{scan.scan.t_end, body_at(0.1)}};
   BodyPoints out;
-  SweepMotion(one, sweep.scan.t_begin, kBodyLidar).apply(sweep.scan, {}, out);
-  const Vec3 p = kBodyLidar * Vec3(sweep.scan.x_m[0], sweep.scan.y_m[0], sweep.scan.z_m[0]);
+  ScanMotion(one, scan.scan.t_start, kBodyLidar).apply(scan.scan, {}, out);
+  const Vec3 p = kBodyLidar * Vec3(scan.scan.x_m[0], scan.scan.y_m[0], scan.scan.z_m[0]);
   EXPECT_LT((Vec3(out.x_m[0], out.y_m[0], out.z_m[0]) - p).norm(), 1e-5);
 }
 
-TEST(SweepMotion, survives_poses_at_one_time_and_absurd_sweeps) {
-  Sweep sweep;
-  const std::vector<TimedPose> same{{sweep.scan.t_end, body_at(0.0)},
-                                    {sweep.scan.t_end, body_at(0.1)}};
+TEST(ScanMotion, survives_poses_at_one_time_and_absurd_sweeps) {
+  Scan scan;
+  const std::vector<TimedPose> same{{scan.scan.t_end, body_at(0.0)},
+                                    {scan.scan.t_end, body_at(0.1)}};
   BodyPoints out;
-  SweepMotion(same, sweep.scan.t_begin, kBodyLidar).apply(sweep.scan, {}, out);
+  ScanMotion(same, scan.scan.t_start, kBodyLidar).apply(scan.scan, {}, out);
   for (const float x : out.x_m) EXPECT_TRUE(std::isfinite(x));
   // An hour: the table stays small, points are still finite.
-  sweep.scan.t_begin = Time::from_s(0.0);
-  sweep.scan.t_end = Time::from_s(3600.0);
+  scan.scan.t_start = Time::from_s(0.0);
+  scan.scan.t_end = Time::from_s(3600.0);
   const std::vector<TimedPose> hour{{Time::from_s(0.0), body_at(0.0)},
                                     {Time::from_s(3600.0), body_at(1.0)}};
-  SweepMotion(hour, sweep.scan.t_begin, kBodyLidar).apply(sweep.scan, {}, out);
+  ScanMotion(hour, scan.scan.t_start, kBodyLidar).apply(scan.scan, {}, out);
   for (const float x : out.x_m) EXPECT_TRUE(std::isfinite(x));
   BodyPoints none;
-  SweepMotion(kBodyLidar).apply(sensor::LidarScan{}, {}, none);
+  ScanMotion(kBodyLidar).apply(sensor::LidarScan{}, {}, none);
   EXPECT_EQ(none.size(), 0U);
 }
 
-TEST(SweepMotion, without_poses_is_our_own_mistake) {
-  EXPECT_THROW(SweepMotion({}, Time{}, kBodyLidar), InternalError);
+TEST(ScanMotion, without_poses_is_our_own_mistake) {
+  EXPECT_THROW(ScanMotion({}, Time{}, kBodyLidar), InternalError);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 namespace rali::odometry {
 
-/// IMU noise in data-sheet units (users.md section 4) and what driving adds to it.
+/// IMU noise in data-sheet units (users.md section 4) and the factor that driving adds to it.
 struct ImuNoiseSettings {
   double gyro_radps_rthz = 1e-3;
   double accel_mps2_rthz = 1e-2;
@@ -24,7 +24,7 @@ struct ImuNoiseSettings {
   }
 };
 
-/// White noise of a vehicle that drives, by the settings.
+/// White noise of a driving vehicle, from the settings.
 [[nodiscard]] inline imu::NoiseDensity driving_noise(const ImuNoiseSettings& s) {
   return {s.vibration_factor * s.gyro_radps_rthz, s.vibration_factor * s.accel_mps2_rthz};
 }

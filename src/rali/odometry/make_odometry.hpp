@@ -7,7 +7,7 @@
 
 namespace rali::odometry {
 
-/// The odometry that the settings name. @param has_imu false: constant velocity.
+/// Makes the odometry that the settings select. @param has_imu false: constant velocity.
 [[nodiscard]] std::unique_ptr<Odometry> make_odometry(const OdometrySettings& settings,
                                                       const sensor::Calibration& calibration,
                                                       bool has_imu);

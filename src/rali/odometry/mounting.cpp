@@ -6,7 +6,7 @@ using geometry::Mat3;
 using geometry::Mat6;
 using geometry::SE3;
 
-// With E the turn of the LiDAR in the body, a path T is taken for E T E^-1.
+// With E the rotation error of the LiDAR in the body, a path T is estimated as E T E^-1.
 Mat6 mounting_covariance(const SE3& T_odom_first, const SE3& T_odom_body, double sigma_rad) {
   Eigen::Matrix<double, 6, 3> J;
   J.topRows<3>() = T_odom_body.R.transpose() * T_odom_first.R - Mat3::Identity();

@@ -4,10 +4,9 @@
 
 namespace rali::odometry {
 
-/// What a pose is wrong by because the LiDAR is mounted turned by a little against T_body_lidar:
-/// the whole path is turned by as much about its first pose, at 50 m by 9 cm for 0.1 deg. The map
-/// is as good as ever.
-/// @param T_odom_first of the body, where the path begins  @param sigma_rad about each axis
+/// Pose error from a small rotation of the LiDAR against T_body_lidar: the whole path is rotated by
+/// it about its first pose, at 50 m by 9 cm for 0.1 deg. The map is not affected.
+/// @param T_odom_first of the body at the start of the path @param sigma_rad about each axis
 /// @return covariance of geometry::boxplus
 [[nodiscard]] geometry::Mat6 mounting_covariance(const geometry::SE3& T_odom_first,
                                                  const geometry::SE3& T_odom_body,

@@ -13,8 +13,9 @@
 
 namespace rali::odometry {
 
-/// An analytic world for tests: a closed room with pillars, a vehicle that stands and then drives
-/// a circle, a spinning LiDAR and an IMU. Shares no code with what it tests but SE3.
+/// An analytic world for tests: a closed room with pillars, a vehicle that is first at standstill
+/// and then drives a circle, a spinning LiDAR and an IMU. Has only SE3 in common with the code
+/// under test.
 struct TestRoom {
   struct Box {
     geometry::Vec3 lo, hi;
@@ -24,11 +25,11 @@ struct TestRoom {
   std::vector<Box> pillars{{{3.0, -2.5, -1.0}, {3.5, -2.0, 2.6}},
                            {{-3.0, 3.5, -1.0}, {-2.4, 4.1, 2.6}},
                            {{4.5, 4.0, -1.0}, {5.5, 4.4, 0.5}}};
-  double rest_s = 1.3;  ///< stands so long
-  double ramp_s = 1.0;  ///< then speeds up
+  double rest_s = 1.3;  ///< standstill at the start
+  double ramp_s = 1.0;  ///< then accelerates
   double speed_mps = 1.0;
   double radius_m = 2.0;
-  double stop_s = 1e9;  ///< stands again from then on (at once)
+  double stop_s = 1e9;  ///< standstill from then on (abruptly)
   int rings = 16, columns = 300;
   double range_noise_m = 0.01;
   double gyro_noise_radps = 0.005, accel_noise_mps2 = 0.03;  ///< per sample
@@ -37,7 +38,7 @@ struct TestRoom {
   geometry::SE3 T_body_imu;
   Rng rng{1, "room"};
 
-  static constexpr double kSweep_s = 0.1;
+  static constexpr double kScan_s = 0.1;
 
   [[nodiscard]] double travel_m(double t_s) const {
     const double tau = std::max(0.0, std::min(t_s, stop_s) - rest_s);
@@ -47,7 +48,7 @@ struct TestRoom {
            speed_mps * std::max(0.0, tau - ramp_s);
   }
 
-  /// Pose of the body in the world; the identity while it stands at the start.
+  /// Pose of the body in the world; the identity during the standstill at the start.
   [[nodiscard]] geometry::SE3 pose(double t_s) const {
     const double a = travel_m(t_s) / radius_m;
     geometry::SE3 T;
@@ -79,17 +80,17 @@ struct TestRoom {
     return range;
   }
 
-  [[nodiscard]] std::shared_ptr<sensor::LidarScan> scan(double t_begin_s) {
+  [[nodiscard]] std::shared_ptr<sensor::LidarScan> scan(double t_start_s) {
     auto out = std::make_shared<sensor::LidarScan>();
     out->reserve(static_cast<std::size_t>(rings * columns));
-    out->t_begin = Time::from_s(t_begin_s);
+    out->t_start = Time::from_s(t_start_s);
     out->has_point_times = out->has_rings = true;
     out->rings = static_cast<std::uint16_t>(rings);
     const double pi = std::numbers::pi;
     double dt_s = 0.0;
     for (int c = 0; c < columns; ++c) {
-      dt_s = kSweep_s * c / columns;
-      const geometry::SE3 T = pose(t_begin_s + dt_s) * T_body_lidar;
+      dt_s = kScan_s * c / columns;
+      const geometry::SE3 T = pose(t_start_s + dt_s) * T_body_lidar;
       for (int r = 0; r < rings; ++r) {
         const double elevation = pi / 180.0 * (-30.0 + 40.0 * r / (rings - 1));
         const double azimuth = 2.0 * pi * c / columns;
@@ -101,7 +102,7 @@ struct TestRoom {
                        static_cast<std::uint16_t>(r));
       }
     }
-    out->t_end = out->t_begin + Duration::from_s(dt_s);
+    out->t_end = out->t_start + Duration::from_s(dt_s);
     return out;
   }
 

@@ -55,7 +55,8 @@ degeneracy::Axes axes_at(const System& system, const degeneracy::AwareSettings& 
   return degeneracy::physical_axes(system.I, Vec3(0.0, 0.0, -1.0), Mat3::Identity(), aware);
 }
 
-/// What noise of normals pretends to know is taken out, so that a blind direction rests.
+/// Removes the spurious information from noise of normals, so that no step is taken along a
+/// degenerate direction.
 std::array<degeneracy::DirectionInfo, 6> clean(const Partners& partners, const Mat3& R,
                                                const degeneracy::AwareSettings& aware,
                                                System& system) {
@@ -65,7 +66,7 @@ std::array<degeneracy::DirectionInfo, 6> clean(const Partners& partners, const M
   return directions;
 }
 
-/// An offset along this direction is common to all residuals and nobody knows it: marginalised.
+/// An unknown offset along this direction is common to all residuals: it is marginalised.
 void leave_open(const std::optional<Vec3>& open, System& system) {
   if (!open) return;
   Vec6 u = Vec6::Zero();
@@ -115,8 +116,8 @@ void pass(const Submap& target, const SE3& start, const AlignSettings& s,
     leave_open(open, system);
     if (gate.fine) clean(partners, T.R, s.aware, system);
     const auto [angle, length] = step(system, start, P_inverse, T);
-    const double share = gate.fine ? 1.0 : 20.0;  // the next pass goes on from there
-    if (length < share * kStop_m && angle < share * kStop_rad) break;
+    const double fraction = gate.fine ? 1.0 : 20.0;  // the next pass refines it
+    if (length < fraction * kStop_m && angle < fraction * kStop_rad) break;
   }
 }
 
@@ -124,9 +125,10 @@ void pass(const Submap& target, const SE3& start, const AlignSettings& s,
 
 namespace {
 
-/// The first passes look for partners far away and slide along what no plane holds. What is known
-/// across was then found elsewhere: back to where the start has it along those directions.
-/// @return how far it had slid
+/// With their wide gates the first passes drift along directions that no plane constrains. This
+/// moves the estimate back to the start along those directions, because its lateral part was fitted
+/// elsewhere.
+/// @return the largest shift
 double slide_back(const std::array<degeneracy::DirectionInfo, 6>& directions, const SE3& start,
                   SE3& T) {
   double slid_m = 0.0;
@@ -191,7 +193,7 @@ Registration align(const Submap& target, const Submap& source, const SE3& start,
 }
 
 BodyRelation between_bodies(const Registration& r, const Submap& target, const Submap& source) {
-  // Both origins are those of the bodies: only axes turn.
+  // Both origins are those of the bodies: only the axes differ.
   const Mat3& Rt = target.T_ref_body().R;
   const Mat3& Rs = source.T_ref_body().R;
   BodyRelation out;

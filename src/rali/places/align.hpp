@@ -8,23 +8,23 @@
 
 namespace rali::places {
 
-/// How far and how carefully align() searches, and what it may claim.
+/// Search range of align(), its robust weights and the errors its result must include.
 struct AlignSettings {
-  double start_sigma_m = 1.0;     ///< of the start, horizontally and in height
-  double start_sigma_deg = 10.0;  ///< of its yaw
-  double level_sigma_deg = 0.5;   ///< of roll and pitch: both frames are levelled
+  double start_sigma_m = 1.0;     ///< initial guess, horizontally and in height
+  double start_sigma_deg = 10.0;  ///< initial yaw
+  double level_sigma_deg = 0.5;   ///< roll and pitch: both frames are levelled
   double coarse_m = 2.0;          ///< widest gate of the first pass
   double middle_m = 0.6;
   int coarse_planes = 500;      ///< of the source, in the first pass
   int iterations = 12;          ///< per pass, at most
-  double normal_deg = 30.0;     ///< normals of partners differ less
+  double normal_deg = 30.0;     ///< normals of a pair differ by less
   double rough_sigma_m = 0.01;  ///< surfaces are not flat
   double cauchy_scale = 3.0;    ///< knee of the robust weight in sigma
-  double gate_sigma = 4.0;      ///< farther is no match
+  double gate_sigma = 4.0;      ///< pairs farther apart are rejected
   double gate_min_m = 0.06;
-  double shared_sigma_m = 0.01;  ///< errors that all planes of a submap share
+  double shared_sigma_m = 0.01;  ///< error common to all planes of a submap
   double shared_sigma_deg = 0.05;
-  double shared_per_m = 0.001;  ///< of a submap's path: its own drift
+  double shared_per_m = 0.001;  ///< per metre of a submap's path: its own drift
   degeneracy::AwareSettings aware = {
       .full_m = 0.05, .none_m = 0.2, .full_deg = 0.3, .none_deg = 1.0};
 
@@ -49,35 +49,35 @@ struct AlignSettings {
   }
 };
 
-/// How two submaps lie to each other, with what is really known about it.
+/// Relative pose of two submaps with the information that the planes support.
 struct Registration {
   geometry::SE3 T_target_source;  ///< between the ref frames
   /// Of graph::RelativePoseFactor's residual: rotation in source, translation in target. Zero in
-  /// directions that the planes do not hold.
+  /// directions that the planes do not constrain.
   geometry::Mat6 information = geometry::Mat6::Zero();
-  double overlap = 0.0;  ///< share of the source's planes that have a partner
+  double overlap = 0.0;  ///< fraction of the source's planes that have a partner
   double rms_m = 0.0;    ///< of partners' distances along the normal
   int matches = 0;
   bool converged = false;
-  /// Axial (the least known horizontal), lateral, vertical; roll, pitch, yaw about them; in target.
-  /// sigma and category with shared errors.
+  /// Axial (the least constrained horizontal), lateral, vertical; roll, pitch, yaw about them; in
+  /// target. Sigma and category include the shared errors.
   std::array<degeneracy::DirectionInfo, 6> directions;
 
   [[nodiscard]] bool full_rank() const;
 };
 
-/// Puts the source onto the target: point to plane between the planes of both, from coarse to fine,
-/// robust. A direction that no plane holds stays as in the start and has no information. Errors of
-/// planes are counted once per plane, those common to a submap once (algorithms 2.4, 3.2;
-/// algorithms_fleet 8.2).
-/// @param open translation (unit, target frame) that the planes must not decide: it stays as in the
-/// start, too
+/// Registers the source to the target: point-to-plane between the planes of both, coarse to fine,
+/// robust. A direction that no plane constrains keeps its start value and gets no information.
+/// Errors of planes are counted once per plane, errors common to a submap once (algorithms 2.4,
+/// 3.2; algorithms_fleet 8.2).
+/// @param open translation (unit, target frame) that the planes must not constrain; it keeps its
+/// start value, too
 [[nodiscard]] Registration align(const Submap& target, const Submap& source,
                                  const geometry::SE3& T_target_source_start,
                                  const AlignSettings& settings,
                                  const std::optional<geometry::Vec3>& open = {});
 
-/// The same relation between the bodies of the two middle scans: what a pose graph asks for.
+/// The same relation between the bodies of the two middle scans, as a pose graph needs it.
 struct BodyRelation {
   geometry::SE3 T_target_source;
   geometry::Mat6 information = geometry::Mat6::Zero();

@@ -148,7 +148,7 @@ TEST(align, between_bodies_turns_information_into_their_axes) {
   r.T_target_source = at(1.0, 2.0, 30.0);
   r.information = Mat6::Identity();
   const BodyRelation body = between_bodies(r, a, a);
-  // The bodies stand upright: nothing turns.
+  // The bodies are upright: the rotation is the identity.
   EXPECT_LT(off_m(body.T_target_source, r.T_target_source), 1e-9);
   EXPECT_TRUE(body.information.isApprox(Mat6::Identity(), 1e-9));
 }

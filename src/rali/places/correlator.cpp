@@ -10,9 +10,9 @@ using geometry::Vec2;
 
 namespace {
 
-constexpr std::size_t kSidesMost = 512;
-constexpr std::size_t kPerYaw = 40;  // peaks of one yaw that are looked at
-constexpr float kPeakShare = 0.3F;   // of the best one; less is no peak
+constexpr std::size_t kSidesMax = 512;
+constexpr std::size_t kPerYaw = 40;    // peaks kept per yaw
+constexpr float kPeakFraction = 0.3F;  // of the best one; less is no peak
 
 /// Farthest mark from the middle, in cells.
 std::size_t reach_of(std::span<const Mark> marks, double cell_m) {
@@ -20,14 +20,14 @@ std::size_t reach_of(std::span<const Mark> marks, double cell_m) {
   for (const Mark& m : marks) {
     reach_m = std::max(reach_m, std::hypot(static_cast<double>(m.x_m), static_cast<double>(m.y_m)));
   }
-  return std::min(kSidesMost / 2 - 2, static_cast<std::size_t>(reach_m / cell_m) + 1);
+  return std::min(kSidesMax / 2 - 2, static_cast<std::size_t>(reach_m / cell_m) + 1);
 }
 
 std::size_t side_for(const Picture& picture, std::size_t reach) {
   const std::size_t cells =
       static_cast<std::size_t>(std::max(picture.nx(), picture.ny())) + 2 * reach + 2;
   std::size_t side = 32;
-  while (side < cells && side < kSidesMost) side *= 2;
+  while (side < cells && side < kSidesMax) side *= 2;
   return side;
 }
 
@@ -49,7 +49,7 @@ void for_turned(std::span<const Mark> marks, double cell_m, double yaw_rad, cons
   }
 }
 
-/// Whether value(x, y) is none of its eight neighbours' to exceed.
+/// Whether value(x, y) is at least that of each of its eight neighbours.
 template <class Value>
 bool is_peak(const Value& value, int x, int y) {
   const float v = value(x, y);
@@ -59,7 +59,7 @@ bool is_peak(const Value& value, int x, int y) {
   return true;
 }
 
-/// The best few in order.
+/// The best few, in order.
 void append_best(std::vector<Place> found, std::vector<Place>& out) {
   const std::size_t keep = std::min(kPerYaw, found.size());
   std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(keep), found.end(),
@@ -93,7 +93,7 @@ Correlator::Correlator(const Picture& picture, std::span<const Mark> marks, doub
   fft_.forward(picture_);
 }
 
-/// Puts the turned marks around the corner of the picture, negative places at its far end.
+/// Draws the turned marks around the picture's corner; negative coordinates wrap to its far end.
 void Correlator::draw(double yaw_rad, bool imaginary) {
   const int reach = static_cast<int>(reach_);
   for_turned(marks_, cell_m_, yaw_rad, [&](int x, int y, float weight) {
@@ -117,7 +117,7 @@ void Correlator::peaks(double yaw_rad, bool imaginary, std::vector<Place>& out) 
   for (int y = 0; y < static_cast<int>(n); ++y) {
     for (int x = 0; x < static_cast<int>(n); ++x) {
       const float v = at(x, y);
-      if (v < kPeakShare * best || !is_peak(at, x, y)) continue;
+      if (v < kPeakFraction * best || !is_peak(at, x, y)) continue;
       const Vec2 cells(cells_of(static_cast<std::size_t>(x)),
                        cells_of(static_cast<std::size_t>(y)));
       found.push_back(
@@ -157,7 +157,7 @@ double ShiftWindow::count(double cell_m) const {
 
 namespace {
 
-/// Sums of a window of whole-cell shifts, one cell of margin around it.
+/// Correlation sums of a window of whole-cell shifts, with a margin of one cell around it.
 class WindowSums {
  public:
   WindowSums(const Picture& picture, double cell_m, const ShiftWindow& window);
@@ -193,7 +193,7 @@ WindowSums::WindowSums(const Picture& picture, double cell_m, const ShiftWindow&
 }
 
 void WindowSums::add(int mark_x, int mark_y, float weight) {
-  const int px = x0_ + mark_x, py = y0_ + mark_y;  // of the first shift, in the picture
+  const int px = x0_ + mark_x, py = y0_ + mark_y;  // in the picture, at the first shift
   const int first = std::max(0, -px), last = std::min(nx_, picture_.nx() - px);
   const int top = std::max(0, -py), bottom = std::min(ny_, picture_.ny() - py);
   for (int y = top; y < bottom; ++y) {
@@ -212,7 +212,7 @@ std::vector<Place> WindowSums::peaks(double yaw_rad, double scale) const {
   const auto value = [this](int x, int y) { return at(x, y); };
   for (int y = 1; y + 1 < ny_; ++y) {
     for (int x = 1; x + 1 < nx_; ++x) {
-      if (at(x, y) < kPeakShare * best || !is_peak(value, x, y)) continue;
+      if (at(x, y) < kPeakFraction * best || !is_peak(value, x, y)) continue;
       const Vec2 shift_m = picture_.low_m() + cell_m_ * Vec2(x0_ + x + 0.5, y0_ + y + 0.5);
       found.push_back({yaw_rad, shift_m, static_cast<double>(at(x, y)) * scale});
     }

@@ -8,20 +8,20 @@
 
 namespace rali::places {
 
-/// A turn and a shift of marks, and how well they lie on a picture there.
+/// A yaw and a shift of marks, with their correlation with a picture.
 struct Place {
   double yaw_rad = 0.0;
   geometry::Vec2 shift_m = geometry::Vec2::Zero();
   double correlation = 0.0;
 };
 
-/// Correlates rotated marks with one picture at all shifts that leave any overlap, by the Fourier
-/// transform: two yaws per transform, one in the real part.
+/// Correlates rotated marks with one picture at all overlapping shifts, by FFT: two yaws per
+/// transform, one in the real and one in the imaginary part.
 class Correlator {
  public:
   Correlator(const Picture& picture, std::span<const Mark> marks, double cell_m);
 
-  /// Peaks of both yaws are appended.
+  /// Appends the peaks of both yaws.
   void correlate(double yaw1_rad, double yaw2_rad, std::vector<Place>& out);
 
  private:
@@ -33,7 +33,7 @@ class Correlator {
     return imaginary ? c.imag() : c.real();
   }
 
-  /// The transform is cyclic: shifts below zero are at its far end.
+  /// The transform is cyclic: negative shifts are at its far end.
   [[nodiscard]] double cells_of(std::size_t i) const {
     const double v = static_cast<double>(i);
     return i < fft_.side() - reach_ ? v : v - static_cast<double>(fft_.side());
@@ -45,7 +45,7 @@ class Correlator {
   geometry::Vec2 low_;
   Fft2 fft_;
   std::size_t mask_;
-  double scale_ = 1.0;  ///< from the transform's numbers to a share of the marks
+  double scale_ = 1.0;  ///< from the transform's scale to a fraction of the marks
   std::vector<Fft2::Complex> picture_, work_;
 };
 
@@ -57,8 +57,8 @@ struct ShiftWindow {
   [[nodiscard]] double count(double cell_m) const;
 };
 
-/// The same peaks where few shifts are asked about: each is summed up by itself, and one at the
-/// edge is a peak if it is one among its neighbours in and around the window.
+/// The same peaks for a small window of shifts, each summed directly. A shift at the window's edge
+/// is a peak if it exceeds its neighbours inside and around the window.
 void correlate_within(const Picture& picture, std::span<const Mark> marks, double cell_m,
                       double yaw_rad, const ShiftWindow& window, std::vector<Place>& out);
 

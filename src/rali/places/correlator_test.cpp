@@ -15,8 +15,8 @@ using geometry::Vec2;
 
 constexpr double kCell_m = 0.4;
 
-/// An L of two walls with clutter: marks in the middle of cells, as marks_of() gives them. No two
-/// weigh the same: of neighbours that are equal rounding would say which is the peak.
+/// An L of two walls with clutter: marks at cell centres, as marks_of() gives them. All weights
+/// differ: among equal neighbours rounding would decide which one is the peak.
 std::vector<Mark> marks(std::uint64_t seed) {
   Rng rng(seed, "marks");
   std::vector<Mark> out;
@@ -73,7 +73,7 @@ TEST(CorrelateWithin, has_the_marks_own_place_as_its_best_peak) {
   correlate_within(Picture(source, kCell_m), source, kCell_m, 0.0, {Vec2(-3, -3), Vec2(3, 3)},
                    near);
   ASSERT_FALSE(near.empty());
-  // Shifts are whole cells, and marks are rounded to one: half a cell off is as near as it gets.
+  // Shifts are whole cells, and marks are rounded to one: half a cell is the smallest error.
   EXPECT_LT(near.front().shift_m.norm(), kCell_m);
   EXPECT_GT(near.front().correlation, 0.6);
 }

@@ -10,9 +10,9 @@ using geometry::Vec2;
 
 namespace {
 
-constexpr float kEnough = 4.0F;  // points in a cell that make it certain
-constexpr float kAside = 0.6F;   // what a mark counts in the cells beside it
-constexpr float kAcross = 0.4F;  // and in those across the corner
+constexpr float kEnough = 4.0F;   // points in a cell that give it full weight
+constexpr float kLateral = 0.6F;  // weight of a mark in the cells beside it
+constexpr float kAcross = 0.4F;   // and in the diagonal ones
 
 }  // namespace
 
@@ -58,10 +58,11 @@ Picture::Picture(std::span<const Mark> marks, double cell_m) : inverse_(1.0 / ce
     const int y = static_cast<int>((static_cast<double>(m.y_m) - low_.y()) * inverse_);
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
-        const float share = dx == 0 && dy == 0 ? 1.0F : (dx == 0 || dy == 0 ? kAside : kAcross);
+        const float fraction =
+            dx == 0 && dy == 0 ? 1.0F : (dx == 0 || dy == 0 ? kLateral : kAcross);
         float& cell = cells_[static_cast<std::size_t>(y + dy) * static_cast<std::size_t>(nx_) +
                              static_cast<std::size_t>(x + dx)];
-        cell = std::max(cell, share * m.weight);
+        cell = std::max(cell, fraction * m.weight);
       }
     }
   }

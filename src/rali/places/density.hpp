@@ -7,7 +7,7 @@
 
 namespace rali::places {
 
-/// Which heights above the ground make the picture of a place from above.
+/// Height band above the ground that makes the image of a place from above.
 struct BandSettings {
   double low_m = 0.2;
   double high_m = 2.0;
@@ -21,19 +21,19 @@ struct BandSettings {
   }
 };
 
-/// A cell of the picture that holds something.
+/// An occupied cell of the picture.
 struct Mark {
   float x_m = 0.0F, y_m = 0.0F;  ///< its centre, in ref
   float weight = 0.0F;           ///< in (0, 1]
 };
 
-/// Cells of the height band with points, in order of (y, x). Weight grows with the number of points
-/// and ends at 1, so that what is near does not outweigh what is far.
+/// Cells of the height band with points, in order of (y, x). The weight grows with the number of
+/// points up to 1, so that dense near cells do not outweigh far ones.
 [[nodiscard]] std::vector<Mark> marks_of(const Submap& submap, double cell_m,
                                          const BandSettings& band);
 
-/// A picture to look marks up in: each mark spread over its neighbours, so that one cell more or
-/// less does not matter.
+/// A picture to look marks up in: each mark is spread over its neighbours, so that an error of one
+/// cell matters little.
 class Picture {
  public:
   Picture(std::span<const Mark> marks, double cell_m);
@@ -62,7 +62,7 @@ class Picture {
   std::vector<float> cells_;
 };
 
-/// Share of the marks' weight that lies on marks of the picture when turned by `yaw_rad` and moved.
+/// Fraction of the marks' weight on marks of the picture when turned by `yaw_rad` and shifted.
 [[nodiscard]] double correlation(const Picture& picture, std::span<const Mark> marks,
                                  double yaw_rad, const geometry::Vec2& shift_m);
 

@@ -17,7 +17,7 @@ float key_distance(const Descriptor& a, const Descriptor& b) {
   return sum;
 }
 
-/// Mean 0 and length 1, so that a product is a correlation. All alike: all zero.
+/// Mean 0 and length 1, so that a product is a correlation. Equal fields give all zeros.
 void normalise(std::array<float, kRings * kSectors>& fields) {
   double mean = 0.0;
   for (const float f : fields) mean += static_cast<double>(f);
@@ -43,7 +43,7 @@ Descriptor describe(const Submap& submap, const DescriptorSettings& s) {
     const auto sector =
         static_cast<std::size_t>((turn < 0.0 ? turn + 1.0 : turn) * static_cast<double>(kSectors)) %
         kSectors;
-    // A field far out has more cells: what counts is how much of its width is taken.
+    // A far field has more cells: the occupied fraction of its width is what counts.
     const double width = std::max(1.0, range_m * kTurn / static_cast<double>(kSectors) / s.cell_m);
     float& field = out.fields[ring * kSectors + sector];
     field = std::min(1.0F, field + mark.weight / static_cast<float>(width));

@@ -13,12 +13,13 @@ namespace rali::places {
 inline constexpr std::size_t kRings = 20;
 inline constexpr std::size_t kSectors = 60;
 
-/// What a place looks like from above, around its middle: rings of equal width, sectors of 6
-/// degrees. A turn of the vehicle shifts the sectors. After Kim and Kim 2018 (Scan Context), but of
-/// a levelled submap and of how much stands in each field, so that few rings of a LiDAR do.
+/// Image of a place from above, around its middle: rings of equal width, sectors of 6 degrees. A
+/// turn of the vehicle shifts the sectors. After Kim and Kim 2018 (Scan Context), but computed from
+/// a levelled submap and from the occupied density of each field, so that a LiDAR with few rings
+/// suffices.
 struct Descriptor {
   std::array<float, kRings * kSectors> fields{};  ///< ring by ring; mean 0, sum of squares 1
-  std::array<float, kRings> ring_key{};           ///< share of fields with something, by ring
+  std::array<float, kRings> ring_key{};           ///< mean density of the fields of a ring
 
   [[nodiscard]] bool empty() const { return ring_key == std::array<float, kRings>{}; }
 };
@@ -26,7 +27,7 @@ struct Descriptor {
 struct DescriptorSettings {
   BandSettings band = {0.2, 2.5, 20.0};
   double cell_m = 0.2;
-  int key_candidates = 100;  ///< nearest by ring key, that are compared in full
+  int key_candidates = 100;  ///< nearest by ring key that are compared in full
   int candidates_max = 10;
   double score_min = 0.45;
 
@@ -42,31 +43,31 @@ struct DescriptorSettings {
 
 [[nodiscard]] Descriptor describe(const Submap& submap, const DescriptorSettings& settings);
 
-/// How alike two places are when one is turned.
+/// Similarity of two descriptors at the best relative yaw.
 struct Likeness {
   double score = -1.0;   ///< correlation of the fields, in [-1, 1]
   double yaw_rad = 0.0;  ///< of b's frame in a's: a point at angle w in b is at w + yaw in a
 };
 
-/// The turn with the best score. Steps of a sector.
+/// The yaw with the best score, in steps of one sector.
 [[nodiscard]] Likeness compare(const Descriptor& a, const Descriptor& b);
 
-/// A place that may be the one that was asked for. Most are not.
+/// A place recognition candidate. Most are wrong.
 struct Candidate {
   KeyframeId id;
   double score = 0.0;
-  double yaw_rad = 0.0;  ///< of the asked place's frame in the candidate's
+  double yaw_rad = 0.0;  ///< of the query's frame in the candidate's
 };
 
-/// The places seen so far.
+/// Descriptors of all places seen so far.
 class PlaceIndex {
  public:
   explicit PlaceIndex(const DescriptorSettings& settings) : settings_(settings) {}
 
-  /// Places that were added under the same name are replaced.
+  /// Replaces the place that was added under the same id.
   void add(KeyframeId id, const Descriptor& descriptor);
 
-  /// Best first, ties by id. @param skip tells which places not to return (the ones just left).
+  /// Best first, ties by id. @param skip tests which places not to return (the ones just left).
   template <class Skip>
   [[nodiscard]] std::vector<Candidate> query(const Descriptor& asked, Skip skip) const {
     std::vector<std::size_t> open;

@@ -37,7 +37,7 @@ void Fft2::row(Complex* x) const {
         const float wi = turn[k].imag();
         Complex& low = x[base + k];
         Complex& high = x[base + k + half];
-        // By hand: the library's product also looks for infinities.
+        // By hand: the library's product also checks for infinities.
         const Complex t(wr * high.real() - wi * high.imag(), wr * high.imag() + wi * high.real());
         high = low - t;
         low += t;

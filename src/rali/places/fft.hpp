@@ -16,8 +16,7 @@ class Fft2 {
 
   [[nodiscard]] std::size_t side() const { return side_; }
 
-  /// In place, rows after one another. The result is transposed: two transforms after each other
-  /// put it right again.
+  /// In place, row by row. The result is transposed; a second transform restores the order.
   void forward(std::vector<Complex>& picture);
   void back(std::vector<Complex>& picture);
 
@@ -26,8 +25,8 @@ class Fft2 {
   void transpose(std::vector<Complex>& picture);
 
   std::size_t side_;
-  std::vector<Complex> turns_;         ///< of each stage, one after the other
-  std::vector<std::size_t> reversed_;  ///< bits of the index
+  std::vector<Complex> turns_;         ///< twiddle factors of each stage, one after the other
+  std::vector<std::size_t> reversed_;  ///< bit-reversed indices
 };
 
 }  // namespace rali::places

@@ -17,7 +17,8 @@ void raise(std::uint8_t& count) {
 
 }  // namespace
 
-/// The box around all origins, grown by the range; smaller if that has too many cells.
+/// The bounding box of all origins, grown by the range; the range shrinks if the box has too many
+/// cells.
 bool FreeSpace::lay_out(std::span<const Look> looks, const FreeSpaceSettings& s) {
   nx_ = ny_ = nz_ = 0;
   first_.setZero();
@@ -44,8 +45,7 @@ bool FreeSpace::lay_out(std::span<const Look> looks, const FreeSpaceSettings& s)
   return false;
 }
 
-/// In the cell and those beside it: along a wall rays run through cells that the wall itself
-/// touches.
+/// Marks the cell and its neighbours: rays along a wall pass through cells that the wall touches.
 void FreeSpace::mark_near(const Vec3& p, std::uint16_t scan, Counts& counts) const {
   if (!cell_of(p)) return;
   const Vec3 c = (p - low_) * inverse_;
@@ -59,7 +59,7 @@ void FreeSpace::mark_near(const Vec3& p, std::uint16_t scan, Counts& counts) con
   }
 }
 
-/// Counts the cells of a piece of ray, by steps of less than a cell along its longest axis.
+/// Counts the cells along a part of a ray, in steps of less than a cell along its longest axis.
 void FreeSpace::trace(const Vec3& from, const Vec3& to, std::uint16_t scan, Counts& counts) const {
   const Vec3 a = (from - low_) * inverse_;
   const Vec3 d = (to - low_) * inverse_ - a;
@@ -89,8 +89,8 @@ void FreeSpace::decide(const Counts& counts, int rays_min) {
   }
 }
 
-/// Between walls most of the box around the rays' range was never seen; it was two thirds of all
-/// that a long mission kept of its pieces.
+/// Crops the grid to its known cells: indoors, most of the box is never seen, and it was two thirds
+/// of the memory that a long mission used for submaps.
 void FreeSpace::crop() {
   Eigen::Vector3i low(nx_, ny_, nz_), high(0, 0, 0);
   for (int z = 0; z < nz_; ++z) {

@@ -11,12 +11,12 @@ namespace rali::places {
 
 struct FreeSpaceSettings {
   double cell_m = 0.2;
-  double range_m = 15.0;    ///< farther along a ray nothing is said: rays are too far apart
-  double margin_m = 0.4;    ///< the last piece of a ray says nothing
-  double height_m = 3.0;    ///< above and below the sensors; beyond nothing is said
-  int rays_min = 2;         ///< of which a cell must have been passed; scans, to see through things
-  int rays_max = 30000;     ///< so many are traced, evenly chosen
-  int cells_max = 4000000;  ///< the grid is made smaller if it would have more
+  double range_m = 15.0;    ///< part of a ray that is used; beyond, rays are too far apart
+  double margin_m = 0.4;    ///< last part of a ray that is not used
+  double height_m = 3.0;    ///< above and below the sensors; beyond, all is unknown
+  int rays_min = 2;         ///< rays that make a cell free; scans that make a hit cell kLoose
+  int rays_max = 30000;     ///< maximum traced, evenly chosen
+  int cells_max = 4000000;  ///< the grid shrinks if it would have more
 
   template <class V>
   void visit(V& v) {
@@ -31,23 +31,23 @@ struct FreeSpaceSettings {
   }
 };
 
-/// What the rays of a submap say about a place.
+/// State of a point in a submap's free-space grid.
 enum class Sight : std::uint8_t {
   kUnknown,
-  kFree,  ///< rays went through and on, and nothing is near
-  kHit,   ///< something is there
-  kLoose  ///< something was there, but some scans looked through it: it moved, or is a fence
+  kFree,  ///< rays passed through, and no hit is near
+  kHit,   ///< a ray ended here
+  kLoose  ///< hit, but some scans passed through: it moved, or is a fence
 };
 
-/// What one scan saw: where its rays start, and where they end. A view.
+/// Origin and end points of one scan's rays. A view.
 struct Look {
   geometry::Vec3f origin;
   std::span<const geometry::Vec3f> points;
 };
 
-/// Which cells rays went through and in which they ended: the memory of emptiness that tells a
-/// place from its twin (algorithms_fleet 7.5). Bounded: cells_max bytes, eight times that while it
-/// is built; what is kept afterwards is the box around the cells that are known.
+/// Cells that rays passed and cells in which they ended: free-space evidence that separates a place
+/// from a look-alike (algorithms_fleet 7.5). Memory: cells_max bytes, eight times that during
+/// build(); afterwards only the bounding box of the known cells is kept.
 class FreeSpace {
  public:
   /// @param looks in one frame, all finite
@@ -68,13 +68,14 @@ class FreeSpace {
            static_cast<std::size_t>(x);
   }
 
-  /// What is counted of each cell.
+  /// Counters per cell.
   struct Counts {
     std::vector<std::uint8_t> passed;   ///< rays
     std::vector<std::uint8_t> hit;      ///< 1: a ray ended here
     std::vector<std::uint8_t> through;  ///< scans that passed a hit cell and hit nothing near it
-    std::vector<std::uint16_t> near;    ///< number from 1 of the last scan that hit in or beside it
-    std::vector<std::uint16_t> last;    ///< and of the last one in `through`
+    std::vector<std::uint16_t> near;    ///< number, from 1, of the last scan with a hit in or
+                                        ///< beside it
+    std::vector<std::uint16_t> last;    ///< and of the last one counted in `through`
   };
 
   /// Index of the cell of a point, if it has one.
@@ -93,7 +94,7 @@ class FreeSpace {
 
   geometry::Vec3 low_ = geometry::Vec3::Zero();
   double inverse_ = 1.0;
-  geometry::Vec3 first_ = geometry::Vec3::Zero();  ///< whole number: cells of the lattice cut off
+  geometry::Vec3 first_ = geometry::Vec3::Zero();  ///< integer: offset of the cropped grid in cells
   int nx_ = 0, ny_ = 0, nz_ = 0;
   std::vector<Sight> state_;
 };

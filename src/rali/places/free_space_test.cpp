@@ -22,7 +22,7 @@ const Vec3f kThing(5.1F, 0.1F, 0.1F);
 const Vec3f kBehind(9.1F, 0.1F, 0.1F);
 const Vec3f kBeside(5.1F, 0.3F, 0.1F);  // the next cell
 
-/// What is known of the thing's place after scans of these points each.
+/// State of kThing's cell after scans with these points each.
 Sight thing_after(const std::vector<std::vector<Vec3f>>& scans) {
   std::vector<Look> looks;
   for (const auto& points : scans) looks.push_back({kOrigin, points});
@@ -61,9 +61,9 @@ TEST(free_space, of_origins_far_apart_has_no_more_cells_than_allowed) {
 
 TEST(free_space, holds_for_loose_what_two_scans_looked_through) {
   EXPECT_EQ(thing_after({{kThing}, {kBehind}, {kBehind}}), Sight::kLoose);
-  // Before or after it was there.
+  // Passed before or after the hit.
   EXPECT_EQ(thing_after({{kBehind}, {kThing}, {kBehind}}), Sight::kLoose);
-  // However often it was seen: it has gone since, or lets rays through.
+  // However often it was hit: it has gone since, or lets rays through.
   EXPECT_EQ(thing_after({{kThing}, {kThing}, {kThing}, {kBehind}, {kBehind}}), Sight::kLoose);
 }
 
@@ -74,7 +74,7 @@ TEST(free_space, does_not_hold_for_loose_what_one_scan_looked_through) {
 
 TEST(free_space, holds_for_solid_what_rays_graze_that_end_beside_it) {
   EXPECT_EQ(thing_after({{kThing}, {kBehind, kBeside}, {kBehind, kBeside}}), Sight::kHit);
-  // Rays that end in the thing itself pass beside it: the same scan says both.
+  // Other rays of the scan that hits the thing pass its cell: the scan counts as a hit only.
   EXPECT_EQ(thing_after({{kThing, kBehind}, {kThing, kBehind}, {kThing, kBehind}}), Sight::kHit);
 }
 

@@ -10,16 +10,16 @@
 
 namespace rali::places {
 
-/// Finds what lies near a place: points sorted by the cubes they are in. What a search yields and
-/// in which order depends on the points alone.
+/// Radius search over points sorted by the cubes they are in. Its results and their order depend on
+/// the points alone.
 class GridIndex {
  public:
   void build(std::span<const geometry::Vec3> points, double cell_m);
 
   [[nodiscard]] bool empty() const { return items_.empty(); }
 
-  /// Calls f(index) for all points in the cubes that touch the cube of side 2 radius_m around p:
-  /// more than lie within the radius, and never fewer.
+  /// Calls f(index) for all points in the cubes that touch the cube of side 2 radius_m around p: a
+  /// superset of the points within the radius.
   template <class F>
   void near(const geometry::Vec3& p, double radius_m, F f) const {
     if (items_.empty()) return;

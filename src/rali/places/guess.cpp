@@ -25,13 +25,13 @@ double horizontal_sigma_m(const Guess& guess) {
 
 namespace {
 
-/// What a registration may find beside an overconfident guess.
-constexpr double kLeast_m = 0.3;
-constexpr double kLeast_rad = 0.03;
+/// Minimum gate: a registration may differ this much from an overconfident guess.
+constexpr double kMin_m = 0.3;
+constexpr double kMin_rad = 0.03;
 
 Eigen::Matrix2d gated(const Guess& guess, double gate) {
   Eigen::Matrix2d P = gate * gate * guess.covariance.block<2, 2>(3, 3);
-  P.diagonal().array() += kLeast_m * kLeast_m;
+  P.diagonal().array() += kMin_m * kMin_m;
   return P;
 }
 
@@ -43,7 +43,7 @@ geometry::Vec2 reach_m_of(const Guess& guess, double gate) {
 
 bool within(const Guess& guess, const geometry::SE3& T, double gate) {
   const double yaw = wrapped(yaw_of(T.R) - yaw_of(guess.T_target_source.R));
-  if (std::abs(yaw) > gate * yaw_sigma_rad(guess) + kLeast_rad) return false;
+  if (std::abs(yaw) > gate * yaw_sigma_rad(guess) + kMin_rad) return false;
   const geometry::Vec2 d = (T.p - guess.T_target_source.p).head<2>();
   return d.dot(gated(guess, gate).inverse() * d) <= 1.0;
 }

@@ -4,16 +4,17 @@
 
 namespace rali::places {
 
-/// Where the source should be, and how well that is known.
+/// Predicted pose of the source in the target, with its covariance.
 struct Guess {
   geometry::SE3 T_target_source;
   geometry::Mat6 covariance = geometry::Mat6::Identity();  ///< of geometry::boxplus
 };
 
-/// A place for the source within the guess's bounds: horizontally and in yaw, at `gate` sigmas.
+/// Whether a pose of the source is within the guess's bounds: horizontally and in yaw, at `gate`
+/// sigmas.
 [[nodiscard]] bool within(const Guess& guess, const geometry::SE3& T_target_source, double gate);
 
-/// Half sides of the rectangle around all such places, x and y [m].
+/// Half sides of the bounding rectangle of all such poses, x and y [m].
 [[nodiscard]] geometry::Vec2 reach_m_of(const Guess& guess, double gate);
 
 /// Horizontal standard deviation along the worst direction [m].

@@ -20,9 +20,9 @@ namespace {
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kMore = 0.5;  ///< sigma more, before the peaks are refined
 
-/// Products per yaw up to which the shifts within a guess are summed one by one: a transform of
-/// all shifts costs as much as 3e6 (200 marks) to 2e7 of them (600).
-constexpr double kProductsMost = 4e6;
+/// Products per yaw up to which the shifts within a guess are summed directly: an FFT over all
+/// shifts costs as much as 3e6 (200 marks) to 2e7 of them (600).
+constexpr double kProductsMax = 4e6;
 
 bool stronger(const Place& a, const Place& b) {
   if (a.correlation != b.correlation) return a.correlation > b.correlation;
@@ -31,21 +31,21 @@ bool stronger(const Place& a, const Place& b) {
   return a.shift_m.y() < b.shift_m.y();
 }
 
-/// Climbs on the finer picture.
+/// Hill climbing on the finer picture.
 void refine(const Picture& picture, std::span<const Mark> marks, double cell_m, double yaw_step,
             Place& place) {
   place.correlation = correlation(picture, marks, place.yaw_rad, place.shift_m);
   double turn = 0.5 * yaw_step;
-  double way = 2.0 * cell_m;
-  for (int round = 0; round < 3; ++round, turn *= 0.5, way *= 0.5) {
+  double step_m = 2.0 * cell_m;
+  for (int round = 0; round < 3; ++round, turn *= 0.5, step_m *= 0.5) {
     for (int tries = 0; tries < 4; ++tries) {
       const Place from = place;
       for (int k = 0; k < 6; ++k) {
         Place next = from;
         const double sign = k % 2 == 0 ? 1.0 : -1.0;
         if (k < 2) next.yaw_rad += sign * turn;
-        if (k >= 2 && k < 4) next.shift_m.x() += sign * way;
-        if (k >= 4) next.shift_m.y() += sign * way;
+        if (k >= 2 && k < 4) next.shift_m.x() += sign * step_m;
+        if (k >= 4) next.shift_m.y() += sign * step_m;
         next.correlation = correlation(picture, marks, next.yaw_rad, next.shift_m);
         if (next.correlation > place.correlation) place = next;
       }
@@ -121,13 +121,13 @@ std::vector<Place> Search::distinct(std::vector<Place> found) const {
   std::vector<Place> kept;
   for (const Place& p : found) {
     if (static_cast<int>(kept.size()) >= s_.peaks_max) break;
-    if (!kept.empty() && p.correlation < s_.least_share * kept.front().correlation) break;
+    if (!kept.empty() && p.correlation < s_.min_fraction * kept.front().correlation) break;
     if (is_new(p, kept)) kept.push_back(p);
   }
   return kept;
 }
 
-/// Horizontal direction along which the target's walls say least.
+/// Horizontal direction that the target's walls constrain least.
 Vec2 Search::weakest_direction() const {
   Eigen::Matrix2d N = Eigen::Matrix2d::Zero();
   for (const Plane& plane : a_.planes()) {
@@ -148,26 +148,27 @@ void Search::add_ridge(const Place& best, Hypotheses& out) const {
       Place p = best;
       p.shift_m += sign * k * s_.ridge_step_m * d;
       p.correlation = correlation(fine_, marks_, p.yaw_rad, p.shift_m);
-      // What is lost by less overlap alone is not held against it: only the next steps must hold.
-      if (k * s_.ridge_step_m <= 3.0 && p.correlation < s_.ridge_share * best.correlation) break;
-      if (p.correlation < 0.5 * s_.ridge_share * best.correlation) break;
+      // Farther along, the overlap shrinks and with it the correlation: the full threshold applies
+      // only to the first 3 m.
+      if (k * s_.ridge_step_m <= 3.0 && p.correlation < s_.ridge_fraction * best.correlation) break;
+      if (p.correlation < 0.5 * s_.ridge_fraction * best.correlation) break;
       (sign > 0 ? ridge.to_m : ridge.from_m) = sign * k * s_.ridge_step_m;
       if (allowed(p, 0.0)) along.push_back(p);
     }
   }
-  if (ridge.to_m - ridge.from_m < 4.0) return;  // a room's wall also gives way for a metre or two
+  if (ridge.to_m - ridge.from_m < 4.0) return;  // a room's wall also matches over a metre or two
   out.ridges.push_back(ridge);
   for (const Place& p : along) out.places.push_back({pose(p), p.correlation, true});
 }
 
-/// What the guess allows, if that is little enough to go through.
+/// The window of the guess, if it is small enough to search directly.
 std::optional<ShiftWindow> Search::window() const {
   if (!guess_) return std::nullopt;
   const Vec2 reach_m = reach_m_of(*guess_, s_.gate + kMore);
   const Vec2 middle_m = guess_->T_target_source.p.head<2>();
   const ShiftWindow window{middle_m - reach_m, middle_m + reach_m};
   const double products = window.count(coarse_m_) * static_cast<double>(coarse_marks_.size());
-  return products <= kProductsMost ? std::optional(window) : std::nullopt;
+  return products <= kProductsMax ? std::optional(window) : std::nullopt;
 }
 
 std::vector<Place> Search::coarse_peaks() const {
@@ -180,7 +181,7 @@ std::vector<Place> Search::coarse_peaks() const {
     return found;
   }
   Correlator correlator(coarse_, coarse_marks_, coarse_m_);
-  // An odd one is looked at twice: the places are the same, and one of them is kept.
+  // An odd last yaw is correlated twice: the equal places are merged later.
   for (std::size_t k = 0; k < turns.size(); k += 2) {
     correlator.correlate(turns[k], turns[std::min(k + 1, turns.size() - 1)], found);
   }

@@ -19,13 +19,14 @@ using geometry::Vec6;
 
 namespace {
 
-/// A partner aside is worse than one straight across, but distance along the normal is what counts.
-constexpr double kAside = 0.1;
+/// Weight of the lateral distance of a partner; the distance along the normal counts fully.
+constexpr double kLateral = 0.1;
 
 }  // namespace
 
-void Partners::set_source(std::span<const Plane> planes, int most) {
-  const std::size_t stride = (planes.size() - 1) / static_cast<std::size_t>(std::max(1, most)) + 1;
+void Partners::set_source(std::span<const Plane> planes, int maximum) {
+  const std::size_t stride =
+      (planes.size() - 1) / static_cast<std::size_t>(std::max(1, maximum)) + 1;
   source_.clear();
   for (std::size_t i = 0; i < planes.size(); i += stride) source_.push_back(planes[i]);
 }
@@ -47,10 +48,10 @@ void Partners::find(const Submap& target, const SE3& T, const Gate& gate) {
       if (n.dot(t.n) < cos_min) return;
       const Vec3 d = x - t.q_m;
       const double r = t.n.dot(d);
-      const double aside2 = d.squaredNorm() - r * r;
+      const double lateral2 = d.squaredNorm() - r * r;
       const double reach = t.radius_m + (gate.fine ? 0.0 : gate.search_m);
-      if (std::abs(r) > gate.distance_m || aside2 > reach * reach) return;
-      const double cost = r * r + kAside * aside2;
+      if (std::abs(r) > gate.distance_m || lateral2 > reach * reach) return;
+      const double cost = r * r + kLateral * lateral2;
       if (cost >= best) return;
       best = cost;
       partner = k;

@@ -22,7 +22,7 @@ struct System {
   double weight_sum = 0.0;
 };
 
-/// How far partners are sought.
+/// Limits within which partners are searched.
 struct Gate {
   double search_m = 1.0;    ///< between mean points
   double distance_m = 1.0;  ///< along the normal, before sigma narrows it
@@ -30,20 +30,20 @@ struct Gate {
 };
 
 /// Pairs planes of the source with planes of the target: the mean of one should lie on the other
-/// and both should face the same way. A wall's two faces are therefore never mistaken.
+/// and both normals should agree. So the two faces of a wall are never paired.
 class Partners {
  public:
   explicit Partners(const AlignSettings& settings) : settings_(settings) {}
 
-  /// At most `most` planes are used, evenly chosen.
-  void set_source(std::span<const Plane> planes, int most);
+  /// Uses at most `maximum` planes, evenly chosen.
+  void set_source(std::span<const Plane> planes, int maximum);
 
   void find(const Submap& target, const geometry::SE3& T_target_source, const Gate& gate);
 
   /// Sums over the pairs of the last find().
   [[nodiscard]] System accumulate(const Submap& target, const geometry::SE3& T_target_source);
 
-  /// What each plane of the target told in the last accumulate().
+  /// Contribution of each target plane to the last accumulate().
   [[nodiscard]] std::span<const degeneracy::PlaneEvidence> evidence() const { return evidence_; }
 
  private:

@@ -21,7 +21,7 @@ constexpr int kLevels = 4;
 
 enum class Fit { kPlane, kTooFew, kTooThick };
 
-/// What the points of a cell sum up to, relative to its centre.
+/// Moments of the points of a cell, relative to its centre.
 struct Moments {
   int n = 0;
   Vec3 mean = Vec3::Zero();
@@ -73,8 +73,8 @@ Moments Builder::moments(Indices indices, const Vec3& center) const {
 Fit Builder::fit(const Moments& m, const Vec3& center, int level, Plane& plane) const {
   const bool finest = level + 1 == kLevels;
   const double edge_m = settings_.cell_m / (1 << level);
-  // Range noise lies along the rays: taken out before the axes are found, else one ring on a floor
-  // spreads along the ray as far as a narrow plane would and gives a false one.
+  // Range noise lies along the rays. It is subtracted before the axes are computed, or one ring on
+  // a floor would spread along the ray like a narrow plane and give a false one.
   const double range_var = settings_.range_sigma_m * settings_.range_sigma_m;
   const geometry::Pca3 pca = geometry::pca3(m.covariance - range_var * m.rays);
   Vec3 n = pca.vectors.col(2);

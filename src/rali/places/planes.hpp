@@ -37,21 +37,21 @@ struct PlaneSettings {
   }
 };
 
-/// A piece of surface with the covariance of its three parameters: tilts (n rises by a along e1, by
-/// b along e2) and offset along n.
+/// A piece of surface with the covariance of its three parameters: tilts (n changes by a along e1,
+/// by b along e2) and offset along n.
 struct Plane {
   geometry::Vec3 q_m = geometry::Vec3::Zero();  ///< mean of its points
-  geometry::Vec3 n = geometry::Vec3::UnitZ();   ///< unit, towards where it was seen from
+  geometry::Vec3 n = geometry::Vec3::UnitZ();   ///< unit, towards the sensor
   geometry::Vec3 e1 = geometry::Vec3::UnitX();
   geometry::Vec3 e2 = geometry::Vec3::UnitY();
   double var_tilt1 = 0.0;   ///< [rad^2]
   double var_tilt2 = 0.0;   ///< [rad^2]
-  double var_offset = 0.0;  ///< [m^2], the systematic part included
-  double var_noise = 0.0;   ///< [m^2], the part of it that is this plane's own
-  double radius_m = 0.0;    ///< half of the cell's diagonal: how far in the plane it is believed
+  double var_offset = 0.0;  ///< [m^2], with the systematic part
+  double var_noise = 0.0;   ///< [m^2], the part independent of other planes
+  double radius_m = 0.0;    ///< half of the cell's diagonal: extent of validity
   int points = 0;
 
-  /// Upright surfaces tell places apart; floors and ceilings are everywhere.
+  /// Upright surfaces distinguish places; floors and ceilings are everywhere.
   [[nodiscard]] bool is_wall() const { return n.z() < 0.5 && n.z() > -0.5; }
 
   /// Variance of its height at x: offset and tilts (A Spl A^T of algorithms 2.4).
@@ -65,7 +65,7 @@ struct Plane {
 /// The planes of a cloud: cubes, split in eight (up to three times) where they hold more than one
 /// plane.
 /// @param points and @param rays (unit, from sensor to point) have equal length and are finite.
-/// Order of the result: by cell, so that it depends on the points alone.
+/// Ordered by cell, so that the result depends on the points alone.
 [[nodiscard]] std::vector<Plane> planes_of(std::span<const geometry::Vec3f> points,
                                            std::span<const geometry::Vec3f> rays,
                                            const PlaneSettings& settings);

@@ -23,8 +23,8 @@ int agreeing(const Placement& p) {
   return std::min(p.verdict.source_in_target.agree, p.verdict.target_in_source.agree);
 }
 
-/// Contradictions weigh more than agreement is worth: a wrong place agrees too, on its walls. What
-/// faces along the way is rare and decides.
+/// Contradictions weigh more than agreement: a wrong placement agrees too, on its walls. Surfaces
+/// that face along the corridor are rare and decide.
 double merit(const Placement& p) {
   constexpr double kContradiction = 5.0, kFacing = 3.0;
   const Verdict& v = p.verdict;
@@ -33,7 +33,7 @@ double merit(const Placement& p) {
          kContradiction * (v.source_in_target.conflict + v.target_in_source.conflict);
 }
 
-/// What is added to the placements is believable and new, or better than the one it is like.
+/// Keeps a placement that passes verification if it is new, or better than the one equal to it.
 void keep(Placement&& placement, const RecogniseSettings& s, std::vector<Placement>& kept) {
   for (Placement& old : kept) {
     if (!same(old.registration.T_target_source, placement.registration.T_target_source, s)) {
@@ -45,8 +45,8 @@ void keep(Placement&& placement, const RecogniseSettings& s, std::vector<Placeme
   kept.push_back(std::move(placement));
 }
 
-/// The horizontal direction along which two placements differ; the least known one if they are
-/// turned against each other.
+/// The horizontal direction in which two placements differ; the least constrained one if their yaws
+/// differ.
 Vec3 difference(const Placement& best, const Placement& other, const RecogniseSettings& s) {
   const SE3& T = best.registration.T_target_source;
   Vec3 d = other.registration.T_target_source.p - T.p;
@@ -63,10 +63,10 @@ int facing(const Submap& target, const Submap& source, const SE3& T, const Vec3&
          agreement_along(source, target, back, back.R * axis, s).agree;
 }
 
-/// Whether the other could be the place as well.
+/// Whether the other placement could be right as well.
 bool rivals(const Submap& target, const Submap& source, const Placement& best,
             const Placement& other, const RecogniseSettings& s) {
-  if (other.verdict.conflict_share() >= best.verdict.conflict_share() + s.rival_conflict ||
+  if (other.verdict.conflict_fraction() >= best.verdict.conflict_fraction() + s.rival_conflict ||
       agreeing(other) <= s.rival_overlap * agreeing(best)) {
     return false;
   }
@@ -79,10 +79,10 @@ bool rivals(const Submap& target, const Submap& source, const Placement& best,
 bool is_held(const Verdict& v, const RecogniseSettings& s) {
   const int agree = v.along_in_target.agree + v.along_in_source.agree;
   const int asked = v.along_in_target.asked + v.along_in_source.asked;
-  return agree >= s.facing_min && agree >= s.facing_share * asked;
+  return agree >= s.facing_min && agree >= s.facing_fraction * asked;
 }
 
-/// The horizontal line through the best placement that all rivals are on, if there is one.
+/// The horizontal line through the best placement that holds all rivals, if there is one.
 std::optional<Vec3> common_axis(const Placement& best, std::span<const SE3> rivals,
                                 const RecogniseSettings& s) {
   const SE3& T = best.registration.T_target_source;
@@ -101,15 +101,16 @@ std::optional<Vec3> common_axis(const Placement& best, std::span<const SE3> riva
   return axis;
 }
 
-/// The line that rivals are on and the direction that planes know least are the same thing found
-/// twice: the second has the better bearing, and what lies across is known to centimetres.
+/// The line through the rivals and the direction that planes constrain least are one axis estimated
+/// twice: the second is more accurate, and the lateral position is known to centimetres.
 Vec3 better_bearing(const Vec3& line, const Placement& best) {
   constexpr double kSame = 0.9;  // cosine
   const Vec3& least_known = best.registration.directions[0].direction_odom;
   return std::abs(line.dot(least_known)) > kSame ? least_known : line;
 }
 
-/// Along the axis the place is as guessed, and what is across is measured there: passages bend.
+/// Takes the position along the axis from the guess and registers the lateral part there, because
+/// passages bend.
 void leave_open(const Submap& target, const Submap& source, const RecogniseSettings& s,
                 const std::optional<Guess>& guess, const Vec3& axis, Recognition& out) {
   Placement& best = out.placements.front();
@@ -123,7 +124,7 @@ void leave_open(const Submap& target, const Submap& source, const RecogniseSetti
   out.axis_target = axis;
 }
 
-/// Compares the best placement with the others and takes from it what it must not claim.
+/// Compares the best placement with the others and removes information that it cannot support.
 void judge(const Submap& target, const Submap& source, const RecogniseSettings& s,
            const std::optional<Guess>& guess, Recognition& out) {
   if (out.placements.empty()) return;
@@ -183,7 +184,7 @@ double conflict_at(const Submap& target, const Submap& source, const SE3& T_targ
   const Agreement back = agreement(source, target, T_target_source.inverse(), s);
   both.agree += back.agree;
   both.conflict += back.conflict;
-  return both.agree + both.conflict < s.upright_min ? 0.0 : both.conflict_share();
+  return both.agree + both.conflict < s.upright_min ? 0.0 : both.conflict_fraction();
 }
 
 }  // namespace

@@ -10,11 +10,11 @@
 
 namespace rali::places {
 
-/// How sure it is that a placement is the place.
+/// How unique the best placement is.
 enum class Certainty {
-  kUnique,     ///< nothing else that was looked at fits
-  kAlongAxis,  ///< others fit along one direction: right but for the place along it
-  kAmbiguous   ///< others fit elsewhere or turned: no more than a hypothesis
+  kUnique,     ///< no other placement fits
+  kAlongAxis,  ///< others fit along one direction: only the position along it is uncertain
+  kAmbiguous   ///< others fit elsewhere or turned: only a hypothesis
 };
 inline constexpr ChoiceNames<3> kCertaintyNames{"unique", "along_axis", "ambiguous"};
 
@@ -26,19 +26,20 @@ struct RecogniseSettings {
   double apart_deg = 6.0;  ///< turned less are one (algorithms_fleet 7.4 step 3)
   double tight_m = 0.35;   ///< a guess better than this and
   double tight_deg = 4.0;  ///< than this is the only start that is tried
-  double along_m = 0.4;    ///< others so near to one line are along an axis
-  /// Another placement rivals the best one only if its contradictions are not this much more.
+  double along_m = 0.4;    ///< rivals within this of one line are along an axis
+  /// Another placement rivals the best one only if its contradictions exceed the best's by less
+  /// than this
   double rival_conflict = 0.03;
-  double rival_overlap = 0.4;  ///< and its agreeing points at least this share of the best one's
-  /// Walls along a corridor agree everywhere: only what faces along it tells places apart. The
-  /// best placement must have so many such points agree, this share of those that were seen, in
+  double rival_overlap = 0.4;  ///< and it has at least this fraction of the best's agreeing points
+  /// Walls along a corridor agree everywhere: only surfaces that face along it distinguish places.
+  /// The best placement needs this many such agreeing points and this fraction of those seen, over
   /// both views together.
   int facing_min = 12;
-  double facing_share = 0.3;
-  int facing_decides = 30;    ///< fewer are too few to prefer one placement to another
-  double rival_facing = 0.4;  ///< and a rival at least this share of the best one's
-  /// Without a guess the other end of a corridor would do as well: only several things along the
-  /// way, in both views, are beyond doubt.
+  double facing_fraction = 0.3;
+  int facing_decides = 30;    ///< with fewer, they do not rank placements
+  double rival_facing = 0.4;  ///< a rival needs this fraction of the best's
+  /// Without a guess the other end of a corridor fits as well: only several objects along the
+  /// corridor, in both views, make a placement unique.
   int stations_min = 3;
 
   template <class V>
@@ -54,7 +55,7 @@ struct RecogniseSettings {
     v("rival_conflict", rival_conflict, 0.0, 1.0, "more contradictions are no rival");
     v("rival_overlap", rival_overlap, 0.0, 1.0, "fraction of agreeing points that makes a rival");
     v("facing_min", facing_min, 0, 10000, "agreeing points that face along the weakest direction");
-    v("facing_fraction", facing_share, 0.0, 1.0,
+    v("facing_fraction", facing_fraction, 0.0, 1.0,
       "their fraction of those that the other has in view");
     v("facing_decides", facing_decides, 0, 10000, "fewer do not decide between two placements");
     v("rival_facing", rival_facing, 0.0, 1.0, "their fraction that makes a rival");
@@ -63,48 +64,50 @@ struct RecogniseSettings {
   }
 };
 
-/// One way the source can lie in the target, registered and judged.
+/// One candidate pose of the source in the target, registered and verified.
 struct Placement {
   Registration registration;
   Verdict verdict;
 };
 
 struct Recognition {
-  /// Believable ones, best first (fewest contradictions for their agreement), at most peaks_max.
+  /// Placements that pass verification, best first (fewest contradictions for their agreement), at
+  /// most peaks_max.
   std::vector<Placement> placements;
   Certainty certainty = Certainty::kAmbiguous;           ///< of the first one
   geometry::Vec3 axis_target = geometry::Vec3::UnitX();  ///< if along an axis, horizontal, unit
   int tried = 0;
-  /// Of the try that came farthest, if none is believable; kNone: nothing was tried, or found.
+  /// Of the try that passed most checks, if none passed all; kNone: nothing was tried, or one was
+  /// found.
   Refusal refusal = Refusal::kNone;
-  /// Where the guess has them and none is believable: solid things of one where rays of the other
-  /// went through, as a fraction of what both tell of; 0 where they tell too little.
+  /// Contradictions at the guess, if no placement passed: solid points of one submap in free space
+  /// of the other, as a fraction of the points both can judge; 0 where those are too few.
   double conflict_as_guessed = 0.0;
 
   [[nodiscard]] bool found() const { return !placements.empty(); }
 
-  /// What a pose graph may have at once: found, and not ambiguous. In an ambiguous direction the
+  /// What a pose graph may use at once: found, and not ambiguous. In an ambiguous direction the
   /// information of the first placement is already zero.
   [[nodiscard]] bool usable() const { return found() && certainty != Certainty::kAmbiguous; }
 };
 
-/// Registers and verifies all starts and says which are believable and whether the best one stands
-/// alone. @param guess what lies outside its gate is no rival and not returned.
+/// Registers and verifies all starts, returns those that pass and whether the best one is unique.
+/// @param guess placements outside its gate are no rivals and not returned.
 [[nodiscard]] Recognition recognise_from(const Submap& target, const Submap& source,
                                          std::span<const geometry::SE3> starts,
                                          const RecogniseSettings& settings,
                                          const std::optional<Guess>& guess = {});
 
-/// The same with starts of its own: a tight guess alone, else what the pictures from above allow
-/// within the guess's gate; without a guess everywhere.
+/// The same with its own starts: a tight guess alone, else the candidates of the pictures from
+/// above within the guess's gate; without a guess, everywhere.
 [[nodiscard]] Recognition recognise(const Submap& target, const Submap& source,
                                     const RecogniseSettings& settings,
                                     const std::optional<Guess>& guess = {});
 
 struct NearSettings {
-  double view_m = 12.0;       ///< what two submaps must be within to see enough in common
+  double view_m = 12.0;       ///< two submaps nearer than this have enough view in common
   double gate = 3.0;          ///< in sigma
-  double sigma_max_m = 20.0;  ///< a worse guess is none: ask the index
+  double sigma_max_m = 20.0;  ///< a worse guess is not used: query the index
 
   template <class V>
   void visit(V& v) {
@@ -114,7 +117,7 @@ struct NearSettings {
   }
 };
 
-/// Whether two places may see the same, by the graph's prediction alone.
+/// Whether two places may overlap, by the graph's prediction alone.
 [[nodiscard]] bool may_overlap(const Guess& guess, const NearSettings& settings);
 
 }  // namespace rali::places

@@ -16,12 +16,12 @@ using geometry::Vec3;
 using test::at;
 using test::path;
 
-/// Two pieces of path in one world, and how they truly lie to each other.
+/// Two submaps of one world, and their true relative pose.
 struct Two {
-  Two(const test::World& world, const SE3& a, const SE3& b, int sweeps, std::uint64_t seed = 3)
+  Two(const test::World& world, const SE3& a, const SE3& b, int scans, std::uint64_t seed = 3)
       : rng(seed),
-        target(test::map_of(world, path(a, sweeps), rng, 0.003)),
-        source(test::map_of(world, path(b, sweeps), rng, 0.003)),
+        target(test::map_of(world, path(a, scans), rng, 0.003)),
+        source(test::map_of(world, path(b, scans), rng, 0.003)),
         truth(a.inverse() * b) {}
 
   [[nodiscard]] double error_m(const Placement& p) const {
@@ -46,7 +46,7 @@ Guess guess_of(const SE3& T, double sigma_m, double sigma_deg) {
 TEST(recognise, finds_a_room_again_without_any_guess) {
   const Two two(test::room(), at(4.0, 4.0, 10.0), at(6.5, 3.5, 200.0), 3);
   RecogniseSettings settings;
-  EXPECT_FALSE(recognise(two.target, two.source, settings).usable());  // only two ends are seen
+  EXPECT_FALSE(recognise(two.target, two.source, settings).usable());  // only the two ends are seen
   settings.stations_min = 2;
   const Recognition r = recognise(two.target, two.source, settings);
   ASSERT_TRUE(r.found());
@@ -88,7 +88,7 @@ TEST(recognise, leaves_the_place_along_the_corridor_open_where_doors_repeat_with
   EXPECT_EQ(r.certainty, Certainty::kAlongAxis);
   const Registration& best = r.placements.front().registration;
   EXPECT_FALSE(best.full_rank());
-  // What is left along the axis when the rotation may follow.
+  // Information along the axis after marginalising the rotation.
   const geometry::Mat6& I = best.information;
   const geometry::Mat3 rest = I.bottomRightCorner<3, 3>() - I.bottomLeftCorner<3, 3>() *
                                                                 I.topLeftCorner<3, 3>().inverse() *
@@ -115,7 +115,7 @@ TEST(recognise, does_not_take_another_room_for_this_one) {
   EXPECT_FALSE(recognise(a, b, RecogniseSettings{}).usable());
 }
 
-// Whoever wonders why his loop was not closed is told which check refused it.
+// The result names the check that refused the loop.
 TEST(recognise, says_which_check_refused) {
   const Two two(test::room(), at(6.0, 4.0, 0.0), at(6.0, 4.0, 0.0), 3);
   const std::vector<SE3> starts = {at(0.0, 0.0, 0.0)};
@@ -155,7 +155,7 @@ TEST(guess, counts_places_within_its_gate_and_no_others) {
   const Guess guess = guess_of(at(10.0, 0.0, 0.0), 1.0, 2.0);
   EXPECT_TRUE(within(guess, at(12.9, 0.0, 0.0), 3.0));
   EXPECT_FALSE(within(guess, at(13.3, 0.0, 0.0), 3.0));
-  EXPECT_FALSE(within(guess, at(10.0, 0.0, 9.0), 3.0));  // 6 deg and the 1.7 of the least gate
+  EXPECT_FALSE(within(guess, at(10.0, 0.0, 9.0), 3.0));  // 6 deg and the 1.7 of the minimum gate
   EXPECT_DOUBLE_EQ(horizontal_sigma_m(guess), 1.0);
   NearSettings near;
   EXPECT_TRUE(may_overlap(guess_of(at(14.9, 0.0, 0.0), 1.0, 2.0), near));

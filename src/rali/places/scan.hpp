@@ -8,11 +8,11 @@
 
 namespace rali::places {
 
-/// Points of one keyframe as the room sees them: in the body frame, undistorted, thinned to about
-/// 0.2 m. A view: the spans have equal length and hold during the call only.
+/// Points of one keyframe as this module uses them: in the body frame, undistorted, thinned to
+/// about 0.2 m. A view: the spans have equal length and are valid during the call only.
 struct Scan {
   KeyframeId id;
-  geometry::SE3 T_body_lidar;                        ///< where the rays start
+  geometry::SE3 T_body_lidar;                        ///< ray origins
   geometry::Vec3 up_body = geometry::Vec3::UnitZ();  ///< against gravity, unit
   std::span<const float> x_m, y_m, z_m;
 
@@ -23,7 +23,7 @@ struct Scan {
   }
 };
 
-/// A scan and where it was taken, in any frame that is common to the scans of one submap.
+/// A scan and its pose, in any frame that is common to the scans of one submap.
 struct PosedScan {
   Scan scan;
   geometry::SE3 T_odom_body;

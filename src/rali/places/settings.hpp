@@ -4,7 +4,7 @@
 
 namespace rali::places {
 
-/// All settings of the room.
+/// All settings of module `places`.
 struct PlacesSettings {
   SubmapSettings submap;
   DescriptorSettings descriptor;

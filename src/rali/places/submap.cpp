@@ -14,7 +14,7 @@ using geometry::Vec3f;
 
 namespace {
 
-constexpr double kFarthest_m = 1e5;  // a pose beyond is no number that means something
+constexpr double kFarthest_m = 1e5;  // a pose beyond this is invalid
 
 tl::unexpected<Error> refused(std::string what) {
   return fail(ErrorCode::kInput, "submap", std::move(what));
@@ -43,7 +43,7 @@ Status check(std::span<const PosedScan> scans, std::size_t middle) {
   return {};
 }
 
-/// Turns the body upright by the smallest rotation; its x axis, seen from above, stays.
+/// Levels the body by the smallest rotation; its x axis, seen from above, stays.
 geometry::Mat3 levelled(const Vec3& up_body) {
   const geometry::Mat3 R = geometry::rotation_between(up_body, Vec3::UnitZ());
   const Vec3 x = R.col(0);
@@ -114,7 +114,7 @@ void Submap::choose_checks(double spacing_m) {
     CheckPoint check;
     check.p_m = points_[i].cast<double>();
     check.solid = free_space_.look(check.p_m) != Sight::kLoose;
-    double best_m = 0.1;  // nearer to a plane than this is on it
+    double best_m = 0.1;  // a point nearer to a plane than this is on it
     plane_index_.near(check.p_m, 0.5, [&](std::uint32_t k) {
       const Plane& plane = planes_[k];
       const Vec3 d = check.p_m - plane.q_m;
@@ -129,7 +129,7 @@ void Submap::choose_checks(double spacing_m) {
   }
 }
 
-/// The lowest level surface with a fair share of all that faces up.
+/// The lowest level surface with enough of the points that face up.
 void Submap::find_ground() {
   std::vector<std::pair<double, int>> levels;
   int all = 0;
@@ -139,11 +139,12 @@ void Submap::find_ground() {
     all += plane.points;
   }
   std::sort(levels.begin(), levels.end());
-  constexpr double kShare = 0.3;  // a ditch or a stray plane below is less; a table above is not it
+  constexpr double kFraction =
+      0.3;  // a ditch or a stray plane below has less; a table is above the ground
   double below = 0.0;
   for (const auto& [z_m, points] : levels) {
     below += points;
-    if (below < kShare * all) continue;
+    if (below < kFraction * all) continue;
     ground_z_m_ = z_m;
     return;
   }

@@ -15,7 +15,7 @@ namespace rali::places {
 struct SubmapSettings {
   double range_max_m = 60.0;  ///< points farther from their LiDAR are left out
   int points_max = 200000;    ///< more are thinned evenly
-  double check_m = 0.4;       ///< spacing of the points that are asked for contradictions
+  double check_m = 0.4;       ///< spacing of the points that are checked for contradictions
   PlaneSettings plane;
   FreeSpaceSettings free_space;
 
@@ -29,24 +29,24 @@ struct SubmapSettings {
   }
 };
 
-/// A point that the other submap is asked about.
+/// A point that is checked against the other submap.
 struct CheckPoint {
   geometry::Vec3 p_m;
-  geometry::Vec3 n = geometry::Vec3::Zero();  ///< of the plane it is on, towards its sensor; or 0
+  geometry::Vec3 n = geometry::Vec3::Zero();  ///< of its plane, towards the sensor; or 0
   bool upright = true;                        ///< not on a floor or ceiling
-  bool solid = true;                          ///< no scans of its own piece looked through it
+  bool solid = true;                          ///< no scans of its own submap passed through it
 };
 
 /// The scans of some metres of path as one rigid piece, in a frame `ref`: origin in the body of the
 /// middle scan, z up (against gravity), x where that body's x points, seen from above. So two
-/// submaps differ by yaw and place alone, up to the error of gravity. Immutable.
+/// submaps differ only by yaw and translation, up to the error of gravity. Immutable.
 class Submap {
  public:
   [[nodiscard]] KeyframeId middle() const { return middle_; }
 
   [[nodiscard]] const std::vector<KeyframeId>& scans() const { return scans_; }
 
-  /// Pose of the middle scan's body: a rotation, the origins are the same.
+  /// Pose of the middle scan's body: a rotation, because the origins coincide.
   [[nodiscard]] const geometry::SE3& T_ref_body() const { return T_ref_body_; }
 
   [[nodiscard]] std::span<const geometry::Vec3f> points_m() const { return points_; }
@@ -63,13 +63,13 @@ class Submap {
   /// Height of the ground below the middle scan [m]; -1 if no level surface is below any sensor.
   [[nodiscard]] double ground_z_m() const { return ground_z_m_; }
 
-  /// Length of the path from the first scan to the last, as the crow hops [m].
+  /// Sum of the distances between successive scans [m].
   [[nodiscard]] double path_m() const { return path_m_; }
 
  private:
   friend Result<Submap> make_submap(std::span<const PosedScan>, std::size_t, const SubmapSettings&);
 
-  /// The points of one scan, and where its rays start.
+  /// The points of one scan, and its ray origin.
   struct Seen {
     geometry::Vec3f origin = geometry::Vec3f::Zero();
     std::size_t begin = 0, end = 0;
@@ -95,9 +95,9 @@ class Submap {
   double path_m_ = 0.0;
 };
 
-/// @param scans in the order of the path; @param middle the one whose body the frame hangs on.
-/// Points that are not numbers or too far are left out. Errors (kInput): no scan, a pose or an up
-/// direction that is no number, arrays of different length, no usable point.
+/// @param scans in the order of the path; @param middle the one whose body defines the frame.
+/// Points that are not finite or too far are left out. Errors (kInput): no scan, a pose or an up
+/// direction that is not finite, arrays of different length, no usable point.
 [[nodiscard]] Result<Submap> make_submap(std::span<const PosedScan> scans, std::size_t middle,
                                          const SubmapSettings& settings);
 

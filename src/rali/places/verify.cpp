@@ -34,8 +34,8 @@ Answer ask(const Submap& target, const CheckPoint& check, const SE3& T, double c
   const Sight sight = target.free_space().look(x);
   const bool hit = sight == Sight::kHit || sight == Sight::kLoose;
   if (hit && !on_plane) return Answer::kAgrees;
-  // Beside a surface a small error of the pose is enough to be in front of it. What its own piece
-  // looked through, too, says nothing: people leave trails.
+  // Near a surface a small pose error suffices to put a point in front of it. A point that its own
+  // scans passed through is no evidence either: people leave trails.
   if (sight == Sight::kFree && !near_surface) {
     return check.solid ? Answer::kContradicts : Answer::kSilent;
   }
@@ -106,7 +106,7 @@ Verdict verify(const Submap& target, const Submap& source, const Registration& r
   } else if (out.overlap() < s.overlap_min || out.source_in_target.agree < s.upright_min ||
              out.target_in_source.agree < s.upright_min) {
     out.refusal = Refusal::kOverlap;
-  } else if (out.conflict_share() > s.conflict_max) {
+  } else if (out.conflict_fraction() > s.conflict_max) {
     out.refusal = Refusal::kConflict;
   } else {
     out.refusal = Refusal::kNone;

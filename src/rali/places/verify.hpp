@@ -8,11 +8,11 @@
 namespace rali::places {
 
 struct VerifySettings {
-  double agree_m = 0.12;       ///< a point so near to a plane of the other agrees with it
-  double agree_deg = 30.0;     ///< if its own plane faces the same way
-  double conflict_max = 0.04;  ///< share of solid upright points in the other's empty space
-  double overlap_min = 0.30;   ///< share of upright points that agree; of the better view
-  int upright_min = 40;        ///< points on walls and things that agree
+  double agree_m = 0.12;       ///< a point this near to a plane of the other agrees with it
+  double agree_deg = 30.0;     ///< if its own plane has the same orientation
+  double conflict_max = 0.04;  ///< fraction of solid upright points in the other's free space
+  double overlap_min = 0.30;   ///< fraction of upright points that agree; of the better view
+  int upright_min = 40;        ///< agreeing points on walls and objects
   double rms_max_m = 0.05;
 
   template <class V>
@@ -26,39 +26,40 @@ struct VerifySettings {
   }
 };
 
-/// How one submap's points fare in the other: upright ones only, floors agree everywhere.
+/// Check of one submap's points against the other: upright ones only, floors agree everywhere.
 struct Agreement {
   int asked = 0;
   int agree = 0;
-  int conflict = 0;  ///< solid, where the other's rays went through
-  int stations = 0;  ///< places along the axis with several that agree, if an axis was asked for
+  int conflict = 0;  ///< solid, where the other's rays passed through
+  int stations = 0;  ///< separate positions along the axis with several agreeing points, if an axis
+                     ///< was given
 
   [[nodiscard]] double overlap() const {
     return asked > 0 ? static_cast<double>(agree) / asked : 0.0;
   }
 
-  [[nodiscard]] double conflict_share() const {
-    const int told = agree + conflict;
-    return told > 0 ? static_cast<double>(conflict) / told : 1.0;
+  [[nodiscard]] double conflict_fraction() const {
+    const int reported = agree + conflict;
+    return reported > 0 ? static_cast<double>(conflict) / reported : 1.0;
   }
 };
 
-/// By the check that refused, in the order in which they are made.
+/// By the check that refused, in the order of the checks.
 enum class Refusal { kNone, kNotConverged, kOutsideGuess, kResiduals, kOverlap, kConflict };
 inline constexpr ChoiceNames<6> kRefusalNames{"none",      "not_converged", "outside_guess",
                                               "residuals", "overlap",       "conflict"};
 
-/// Whether two submaps can lie so to each other.
+/// Whether a relative pose of two submaps is plausible.
 struct Verdict {
   Refusal refusal = Refusal::kNotConverged;
   Agreement source_in_target, target_in_source;
-  /// Of what faces along the least known horizontal direction, both ways.
+  /// Of surfaces facing along the least constrained horizontal direction, both ways.
   Agreement along_in_target, along_in_source;
 
   [[nodiscard]] bool believable() const { return refusal == Refusal::kNone; }
 
-  [[nodiscard]] double conflict_share() const {
-    return std::max(source_in_target.conflict_share(), target_in_source.conflict_share());
+  [[nodiscard]] double conflict_fraction() const {
+    return std::max(source_in_target.conflict_fraction(), target_in_source.conflict_fraction());
   }
 
   [[nodiscard]] double overlap() const {
@@ -66,8 +67,8 @@ struct Verdict {
   }
 };
 
-/// The same, only of points on planes that face along `axis_target` (unit): those decide the place
-/// along it. `asked` are those at which the other submap could have said something.
+/// The same, only for points on planes that face along `axis_target` (unit): those determine the
+/// position along it. `asked` counts points at which the other submap has any evidence.
 [[nodiscard]] Agreement agreement_along(const Submap& target, const Submap& source,
                                         const geometry::SE3& T_target_source,
                                         const geometry::Vec3& axis_target,
@@ -77,9 +78,9 @@ struct Verdict {
                                   const geometry::SE3& T_target_source,
                                   const VerifySettings& settings);
 
-/// Judges a registration by what no fit of planes sees: whether each view's walls and things are
-/// where the other saw nothing (algorithms_fleet 7.5). That it is the only place that fits is
-/// another question: see recognise().
+/// Verifies a registration with evidence that plane residuals lack: whether walls and objects of
+/// each submap lie in free space of the other (algorithms_fleet 7.5). Uniqueness is not tested: see
+/// recognise().
 [[nodiscard]] Verdict verify(const Submap& target, const Submap& source,
                              const Registration& registration, const VerifySettings& settings);
 

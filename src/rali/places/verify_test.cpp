@@ -13,30 +13,30 @@ using geometry::SE3;
 using geometry::Vec3;
 using test::at;
 
-/// Nine sweeps on a way of 4 m through a room with something in it: at these places in turn.
+/// Nine scans on a path of 4 m through a room with an object in it, at these positions in turn.
 Submap seen_with(const std::vector<Vec3>& places, std::uint64_t seed) {
   Rng rng(seed);
-  std::vector<test::Sweep> sweeps;
+  std::vector<test::Scan> scans;
   for (std::size_t k = 0; k < 9; ++k) {
     test::World world = test::room();
     if (!places.empty()) {
       const Vec3& p = places[k % places.size()];
       world.push_back({p - Vec3(0.3, 0.3, 0.0), p + Vec3(0.3, 0.3, 1.7)});
     }
-    sweeps.push_back(test::look(world, at(2.0 + 0.5 * static_cast<double>(k), 4.0, 0.0), rng));
+    scans.push_back(test::look(world, at(2.0 + 0.5 * static_cast<double>(k), 4.0, 0.0), rng));
   }
-  std::vector<PosedScan> scans;
+  std::vector<PosedScan> posed;
   for (std::size_t k = 0; k < 9; ++k) {
-    scans.push_back(sweeps[k].posed(static_cast<std::uint32_t>(k), test::Sensor{}.height_m));
+    posed.push_back(scans[k].posed(static_cast<std::uint32_t>(k), test::Sensor{}.height_m));
   }
-  return make_submap(scans, 4, SubmapSettings{}).value();
+  return make_submap(posed, 4, SubmapSettings{}).value();
 }
 
 int contradictions(const Submap& target, const Submap& source) {
   return agreement(target, source, SE3{}, VerifySettings{}).conflict;
 }
 
-/// One who walks from wall to wall, 0.7 m from sweep to sweep.
+/// A person who walks from wall to wall, 0.7 m from scan to scan.
 std::vector<Vec3> walk() {
   std::vector<Vec3> places;
   for (int k = 0; k < 9; ++k) places.emplace_back(3.5 + 0.7 * k, k % 2 == 0 ? 2.2 : 2.4, 0.0);

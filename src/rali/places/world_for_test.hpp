@@ -1,6 +1,6 @@
 #pragma once
 
-// Worlds of solid boxes for the tests of this room, seen by a spinning LiDAR.
+// Worlds of solid boxes for the tests of this module, seen by a spinning LiDAR.
 
 #include <algorithm>
 #include <cmath>
@@ -61,8 +61,8 @@ inline World room() {
   return w;
 }
 
-/// 2.4 m wide along x, [-half, half], recesses of doors 1 m wide and `deep_m` deep every `every_m`
-/// on both sides. `closed` gives it end walls, `cupboard` something that stands in one place only.
+/// 2.4 m wide along x, [-half, half], door recesses 1 m wide and `deep_m` deep every `every_m` on
+/// both sides. `closed` gives it end walls, `cupboard` an object that is in one place only.
 struct CorridorOptions {
   double half_m = 60.0;
   double every_m = 5.0;
@@ -88,7 +88,7 @@ inline World corridor(const CorridorOptions& o) {
   return w;
 }
 
-/// Smooth, without anything that tells one place from the next.
+/// Smooth, without anything that distinguishes one place from the next.
 inline World tunnel() {
   World w;
   add_shell(w, {-500.0, -2.5, 0.0}, {500.0, 2.5, 4.0});
@@ -104,8 +104,8 @@ struct Sensor {
   double height_m = 0.6;  ///< of the LiDAR above the body's origin, which is on the floor
 };
 
-/// Owns the points a Scan looks at.
-struct Sweep {
+/// Owns the points of a Scan.
+struct Scan {
   std::vector<float> x_m, y_m, z_m;
   geometry::SE3 T_world_body;
 
@@ -122,8 +122,8 @@ struct Sweep {
   }
 };
 
-inline Sweep look(const World& world, const geometry::SE3& T_world_body, Rng& rng,
-                  const Sensor& s = {}) {
+inline Scan look(const World& world, const geometry::SE3& T_world_body, Rng& rng,
+                 const Sensor& s = {}) {
   std::vector<float> x, y, z;
   const double phase = rng.uniform(0.0, 0.01);
   for (int c = 0; c < s.columns; ++c) {
@@ -144,7 +144,7 @@ inline Sweep look(const World& world, const geometry::SE3& T_world_body, Rng& rn
   std::vector<std::uint32_t> kept;
   cloud::VoxelSampler().sample_rays({x.data(), y.data(), z.data(), x.size()}, {}, s.spacing_m,
                                     kept);
-  Sweep out;
+  Scan out;
   out.T_world_body = T_world_body;
   for (const std::uint32_t i : kept) {
     out.x_m.push_back(x[i]);
@@ -158,24 +158,24 @@ inline geometry::SE3 at(double x, double y, double yaw_deg, double z = 0.0) {
   return {geometry::rotation_from_rpy(0.0, 0.0, yaw_deg * std::numbers::pi / 180.0), {x, y, z}};
 }
 
-/// Sweeps at the given poses as one submap around the middle one. @param jitter_m error of each
-/// pose but the middle one, as an odometry has it.
+/// Scans at the given poses as one submap around the middle one. @param jitter_m error of each pose
+/// but the middle one, like that of an odometry.
 inline Submap map_of(const World& world, const std::vector<geometry::SE3>& poses, Rng& rng,
                      double jitter_m = 0.0, const Sensor& sensor = {},
                      const SubmapSettings& settings = {}) {
-  std::vector<Sweep> sweeps;
-  for (const geometry::SE3& T : poses) sweeps.push_back(look(world, T, rng, sensor));
-  std::vector<PosedScan> scans;
+  std::vector<Scan> scans;
+  for (const geometry::SE3& T : poses) scans.push_back(look(world, T, rng, sensor));
+  std::vector<PosedScan> posed;
   const std::size_t middle = poses.size() / 2;
   for (std::size_t k = 0; k < poses.size(); ++k) {
-    scans.push_back(sweeps[k].posed(static_cast<std::uint32_t>(k), sensor.height_m));
+    posed.push_back(scans[k].posed(static_cast<std::uint32_t>(k), sensor.height_m));
     if (k == middle) continue;
-    for (int a = 0; a < 3; ++a) scans.back().T_odom_body.p[a] += jitter_m * rng.normal();
+    for (int a = 0; a < 3; ++a) posed.back().T_odom_body.p[a] += jitter_m * rng.normal();
   }
-  return make_submap(scans, middle, settings).value();
+  return make_submap(posed, middle, settings).value();
 }
 
-/// A straight path of n sweeps, 1 m apart, centred on a pose.
+/// A straight path of n scans, 1 m apart, centred on a pose.
 inline std::vector<geometry::SE3> path(const geometry::SE3& center, int n) {
   std::vector<geometry::SE3> out;
   for (int k = 0; k < n; ++k) {

@@ -15,7 +15,7 @@ using geometry::Vec3;
 
 namespace {
 
-/// Two unit vectors across `up`.
+/// Two unit vectors normal to `up`.
 Eigen::Matrix<double, 3, 2> level_axes(const Vec3& up) {
   const Vec3 helper = std::abs(up.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
   Eigen::Matrix<double, 3, 2> axes;
@@ -24,13 +24,13 @@ Eigen::Matrix<double, 3, 2> level_axes(const Vec3& up) {
   return axes;
 }
 
-Mat3 clipped_inverse(const Mat3& S, double least) {
+Mat3 clipped_inverse(const Mat3& S, double minimum) {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(S);
-  const Vec3 values = solver.eigenvalues().cwiseMax(least).cwiseInverse();
+  const Vec3 values = solver.eigenvalues().cwiseMax(minimum).cwiseInverse();
   return solver.eigenvectors() * values.asDiagonal() * solver.eigenvectors().transpose();
 }
 
-/// One broken number would spoil the sums of all that come after it.
+/// One invalid number would spoil the sums of all samples after it.
 bool usable(const FinderSample& sample) {
   return std::isfinite(sample.range_m) && sample.sigma_m > 0.0 &&
          sample.p_odom_antenna_m.allFinite() && sample.covariance_m2.allFinite();
@@ -40,29 +40,29 @@ bool usable(const FinderSample& sample) {
 
 FoundAnchor place_along_passage(const FinderSettings& settings, const FinderSample& sample,
                                 double height_m, double bias_m, const Vec3& up_odom, bool ahead,
-                                const Aside& aside) {
+                                const LateralOffset& lateral) {
   const Vec3& axis = *sample.passage_odom;
   const Vec3 towards = ahead ? axis : Vec3(-axis);
   const Vec3 across = up_odom.cross(axis).normalized();
   const double distance_m = std::max(1e-3, sample.range_m - bias_m);
   const double up_m = settings.height_sigma_m + settings.rise_per_m * sample.range_m;
-  // Who stands aside is nearer along the passage by half the square of that by the distance: mean
-  // and sigma of it.
-  const double a2 = aside.mean_m * aside.mean_m;
-  const double s2 = aside.sigma_m * aside.sigma_m;
+  // A lateral offset shortens the distance along the passage by its square over twice the distance:
+  // mean and sigma of that.
+  const double a2 = lateral.mean_m * lateral.mean_m;
+  const double s2 = lateral.sigma_m * lateral.sigma_m;
   const double nearer_m = 0.5 * (a2 + s2) / distance_m;
   const double nearer_sigma_m = 0.5 * std::sqrt(2.0 * s2 * s2 + 4.0 * a2 * s2) / distance_m;
   const double along_m = std::hypot(sample.sigma_m, nearer_sigma_m);
   FoundAnchor found;
   found.p_odom_m = sample.p_odom_antenna_m + height_m * up_odom +
-                   (distance_m - nearer_m) * towards + aside.mean_m * across;
+                   (distance_m - nearer_m) * towards + lateral.mean_m * across;
   found.covariance_m2 = along_m * along_m * axis * axis.transpose() +
                         s2 * across * across.transpose() +
                         up_m * up_m * up_odom * up_odom.transpose();
   return found;
 }
 
-/// Neighbouring ranges share their error: one per stretch of way, at rest one per while.
+/// Neighbouring ranges share their error: one per distance travelled, at standstill one per time.
 bool AnchorFinder::keep(const FinderSample& sample) {
   if (samples_.empty()) return true;
   const FinderSample& last = samples_.back();
@@ -94,25 +94,26 @@ std::optional<FoundAnchor> AnchorFinder::add(const FinderSample& sample, double 
   return decide(solutions());
 }
 
-/// So far away in a passage that its bends hide what ranges could tell across it.
+/// The range is so long that bends of the passage hide the lateral position.
 bool AnchorFinder::far_in_passage(const FinderSample& sample) const {
   return sample.passage_odom && sample.range_m * settings_.passage_per_m > 1.0;
 }
 
-/// Ahead or behind: whether ranges get shorter or longer with the own way. The rest is left open.
+/// Ahead or behind, by ranges that get shorter or longer along the own path. The rest is left open.
 std::optional<FoundAnchor> AnchorFinder::along_passage() const {
   const FinderSample& first = samples_.front();
   const FinderSample& last = samples_.back();
   const Vec3& axis = *last.passage_odom;
   const double moved_m = axis.dot(last.p_odom_antenna_m - first.p_odom_antenna_m);
   const double closer_m = first.range_m - last.range_m;
-  const bool told = std::abs(moved_m) > settings_.travel_min_m &&
-                    std::abs(closer_m) > 0.5 * settings_.travel_min_m;
-  if (!told) return std::nullopt;
+  const bool reported = std::abs(moved_m) > settings_.travel_min_m &&
+                        std::abs(closer_m) > 0.5 * settings_.travel_min_m;
+  if (!reported) return std::nullopt;
   const bool ahead = moved_m * closer_m > 0.0;
   const Vec3 towards = ahead ? axis : Vec3(-axis);
-  FoundAnchor found = place_along_passage(settings_, last, height_m_, bias_m_, up_, ahead,
-                                          aside_in_passage(settings_, last.by_walls, last.range_m));
+  FoundAnchor found =
+      place_along_passage(settings_, last, height_m_, bias_m_, up_, ahead,
+                          lateral_offset_in_passage(settings_, last.by_walls, last.range_m));
   found.per_bias = -towards;
   found.bias_m = bias_m_;
   found.bias_sigma_m = bias_sigma_m_;
@@ -120,9 +121,9 @@ std::optional<FoundAnchor> AnchorFinder::along_passage() const {
   return found;
 }
 
-Aside AnchorFinder::aside_now() const {
+LateralOffset AnchorFinder::lateral_now() const {
   const FinderSample& last = samples_.back();
-  return aside_in_passage(settings_, last.by_walls, last.range_m);
+  return lateral_offset_in_passage(settings_, last.by_walls, last.range_m);
 }
 
 AnchorFinder::Mat7 AnchorFinder::prior_information() const {
@@ -131,15 +132,15 @@ AnchorFinder::Mat7 AnchorFinder::prior_information() const {
   I.topLeftCorner<3, 3>() = height_weight * up_ * up_.transpose();
   if (samples_.back().passage_odom) {
     const Vec3 across = up_.cross(*samples_.back().passage_odom).normalized();
-    const double sigma_m = aside_now().sigma_m;
+    const double sigma_m = lateral_now().sigma_m;
     I.topLeftCorner<3, 3>() += across * across.transpose() / (sigma_m * sigma_m);
   }
   I(3, 3) = 1.0 / (bias_sigma_m_ * bias_sigma_m_);
-  // What the position's covariance has gained since the first sample, as an error of speed.
+  // The growth of the position's covariance since the first sample, as an error of speed.
   const double span_s = std::max(0.1, seconds_between(samples_.front().t, samples_.back().t));
   const Mat3 gained = samples_.back().covariance_m2 - samples_.front().covariance_m2;
-  const double least = settings_.speed_sigma_min_mps * settings_.speed_sigma_min_mps;
-  I.bottomRightCorner<3, 3>() = clipped_inverse(gained / (span_s * span_s), least);
+  const double minimum = settings_.speed_sigma_min_mps * settings_.speed_sigma_min_mps;
+  I.bottomRightCorner<3, 3>() = clipped_inverse(gained / (span_s * span_s), minimum);
   return I;
 }
 
@@ -151,7 +152,7 @@ double AnchorFinder::linearise(const Vec7& x, Mat7& H, Vec7& g) const {
   const Vec3& p0 = samples_.front().p_odom_antenna_m;
   from_prior.head<3>() -= p0 + height_m_ * up_;
   if (const auto& passage = samples_.back().passage_odom) {
-    from_prior.head<3>() -= aside_now().mean_m * up_.cross(*passage).normalized();
+    from_prior.head<3>() -= lateral_now().mean_m * up_.cross(*passage).normalized();
   }
   from_prior[3] -= bias_m_;
   H = I;
@@ -235,7 +236,7 @@ std::vector<AnchorFinder::Solution> AnchorFinder::solutions() const {
   return out;
 }
 
-/// True if the two places are mirror images across the vertical plane through the own way.
+/// True if the two positions are mirror images across the vertical plane through the own path.
 bool AnchorFinder::is_mirror(const Solution& a, const Solution& b) const {
   Vec3 mean = Vec3::Zero();
   for (const FinderSample& s : samples_) mean += s.p_odom_antenna_m;
@@ -273,7 +274,7 @@ std::optional<FoundAnchor> AnchorFinder::decide(const std::vector<Solution>& all
     found.covariance_m2 += apart * apart.transpose();
     found.mirrored = true;
   }
-  // Towards the antenna the place must be known: that is what the next ranges hold.
+  // Along the line of sight the position must be certain: later ranges constrain the pose by it.
   const Vec3 sight = (samples_.back().p_odom_antenna_m - found.p_odom_m).normalized();
   const double sigma2 = sight.dot(found.covariance_m2 * sight);
   const bool certain = sigma2 < settings_.sigma_max_m * settings_.sigma_max_m;

@@ -23,15 +23,15 @@ struct Drive {
   bool zigzag = false;
   double noise_m = 0.0;
   double bias_m = 0.0;
-  double outliers = 0.0;         ///< share of ranges that are 0.5 to 3 m too long
-  double drift_mps = 0.0;        ///< how much too fast along x the vehicle thinks it is
-  double drift_sigma_mps = 0.0;  ///< and how it doubts that
+  double outliers = 0.0;         ///< fraction of ranges that are 0.5 to 3 m too long
+  double drift_mps = 0.0;        ///< error of the estimated speed along x
+  double drift_sigma_mps = 0.0;  ///< and its sigma
   std::optional<Vec3> passage;
-  std::optional<Aside> by_walls;
+  std::optional<LateralOffset> by_walls;
   FinderSettings settings;
   std::uint64_t seed = 1;
 
-  double told_after_m = 0.0;
+  double reported_after_m = 0.0;
 
   [[nodiscard]] Vec3 place(double s_m) const {
     return {s_m, zigzag ? 1.5 * std::sin(0.8 * s_m) : 0.0, 0.0};
@@ -51,13 +51,13 @@ struct Drive {
     return out;
   }
 
-  /// What is told first within so much way.
-  std::optional<FoundAnchor> find(double way_m) {
+  /// The first result within this path length.
+  std::optional<FoundAnchor> find(double path_m) {
     AnchorFinder finder(settings, 0.0, kBiasSigma);
     Rng rng(seed, "finder");
-    for (int k = 0; 0.2 * k <= way_m; ++k) {
-      told_after_m = 0.2 * k;
-      const auto found = finder.add(sample(told_after_m, rng), 0.0, Vec3::UnitZ());
+    for (int k = 0; 0.2 * k <= path_m; ++k) {
+      reported_after_m = 0.2 * k;
+      const auto found = finder.add(sample(reported_after_m, rng), 0.0, Vec3::UnitZ());
       if (found) return found;
     }
     return std::nullopt;
@@ -70,7 +70,7 @@ struct Drive {
 };
 
 TEST(AnchorFinder, past_an_antenna_on_a_straight_way_both_sides_are_as_likely) {
-  // 1 m aside, and 1 m on the other side: 2 m apart in y, which the covariance must hold.
+  // 1 m to one side or 1 m to the other: 2 m apart in y, which the covariance must include.
   Drive drive;
   const auto found = drive.find(20.0);
   ASSERT_TRUE(found);
@@ -79,19 +79,19 @@ TEST(AnchorFinder, past_an_antenna_on_a_straight_way_both_sides_are_as_likely) {
   EXPECT_NEAR(std::abs(found->p_odom_m.y()), 1.0, 0.02);
   EXPECT_NEAR(std::sqrt(found->covariance_m2(1, 1)), 2.0, 0.05);
   EXPECT_LT(drive.nees(*found), 1.1);  // on whichever side
-  // Along the line of sight it is known: that is what the next ranges hold.
+  // Along the line of sight it is certain: later ranges constrain the pose by it.
   EXPECT_LT(std::sqrt(found->covariance_m2(0, 0)), 0.05);
 }
 
 TEST(AnchorFinder, abeam_of_the_antenna_a_mirrored_place_is_not_told) {
-  // 4 m aside, the line of sight is across the way where the sides differ: no range would fit.
+  // At 4 m, the line of sight is across the path, where the sides differ: no range would fit.
   Drive drive;
   drive.antenna_m = Vec3(6.0, 4.0, 0.0);
   drive.settings.travel_again_m = 1.5;
   EXPECT_FALSE(drive.find(14.0));
 }
 
-TEST(AnchorFinder, a_zigzag_tells_the_side) {
+TEST(AnchorFinder, a_zigzag_reports_the_side) {
   for (const double side : {-1.0, 1.0}) {
     Drive drive;
     drive.zigzag = true;
@@ -112,9 +112,9 @@ TEST(AnchorFinder, in_a_passage_a_far_antenna_is_ahead_or_behind_after_two_metre
     drive.passage = Vec3::UnitX();
     const auto found = drive.find(4.0);
     ASSERT_TRUE(found) << sign;
-    EXPECT_NEAR(drive.told_after_m, 2.2, 1e-9);
+    EXPECT_NEAR(drive.reported_after_m, 2.2, 1e-9);
     // 2 m and 5 % of the range across; 0.3 m and 2 % of it up; along it the sigma and the bias of
-    // 0.1 m, and what who stands aside is nearer by: the square of that by twice the range.
+    // 0.1 m, and what a lateral offset shortens it by: its square by twice the range.
     const double range_m = 60.0 - sign * 2.2;
     const double across_m = 2.0 + 0.05 * range_m;
     const double nearer_m = across_m * across_m / (2.0 * range_m);
@@ -129,10 +129,10 @@ TEST(AnchorFinder, walls_tell_how_far_ahead_who_stands_between_them_is) {
   Drive drive;
   drive.antenna_m = Vec3(60.0, 0.0, 0.0);
   drive.passage = Vec3::UnitX();
-  drive.by_walls = Aside{0.0, 0.6};
+  drive.by_walls = LateralOffset{0.0, 0.6};
   const auto found = drive.find(4.0);
   ASSERT_TRUE(found);
-  // At 57.8 m within 0.6 + 2.89 m, not 2 + 2.89 m.
+  // At 57.8 m the lateral sigma is 0.6 + 2.89 m, not 2 + 2.89 m.
   EXPECT_NEAR(found->p_odom_m.x(), 60.0 - 3.49 * 3.49 / (2.0 * 57.8), 1e-6);
   EXPECT_NEAR(std::sqrt(found->covariance_m2(1, 1)), 3.49, 1e-6);
 }
@@ -143,12 +143,12 @@ TEST(AnchorFinder, the_direction_of_the_passage_is_told_either_way_round) {
   drive.passage = Vec3(-Vec3::UnitX());  // an axis has no sign
   const auto found = drive.find(4.0);
   ASSERT_TRUE(found);
-  // Told after 2.2 m, at a range of 57.8: less what standing aside by 2 + 2.89 m makes nearer.
+  // Found after 2.2 m, at a range of 57.8: less what a lateral offset of 2 + 2.89 m shortens it by.
   EXPECT_NEAR(found->p_odom_m.x(), 60.0 - 4.89 * 4.89 / (2.0 * 57.8), 1e-6);
 }
 
 TEST(AnchorFinder, across_a_passage_nothing_is_told_from_afar) {
-  // Ranges that do not change with the way contradict that the other stands in the passage.
+  // Ranges that do not change along the path contradict a peer in the passage.
   Drive drive;
   drive.antenna_m = Vec3(2.0, 60.0, 0.0);
   drive.passage = Vec3::UnitX();
@@ -169,7 +169,7 @@ TEST(AnchorFinder, tells_nothing_at_rest_however_long_it_takes) {
 }
 
 TEST(AnchorFinder, a_pose_that_trembles_at_rest_is_no_way) {
-  // 1 cm of noise on the pose adds up to metres of "way" within minutes.
+  // 1 cm of noise on the pose adds up to metres of apparent path within minutes.
   Drive drive;
   drive.settings.directions = 8;
   drive.settings.travel_again_m = 2.0;
@@ -185,8 +185,8 @@ TEST(AnchorFinder, a_pose_that_trembles_at_rest_is_no_way) {
 }
 
 TEST(AnchorFinder, finds_the_place_though_the_own_speed_is_wrong) {
-  // 5 cm/s too fast and doubted by as much: 0.9 m after 18 m. The place is told as from where the
-  // ranges began, so that the next ranges correct the pose.
+  // 5 cm/s too fast with a sigma as large: 0.9 m after 18 m. The position is relative to the start
+  // of the ranges, so that the next ranges correct the pose.
   Drive drive;
   drive.antenna_m = Vec3(12.0, 1.0, 0.0);
   drive.drift_mps = drive.drift_sigma_mps = 0.05;
@@ -205,13 +205,13 @@ TEST(AnchorFinder, a_bias_of_the_pair_is_in_the_covariance) {
   drive.bias_m = 0.1;
   const auto found = drive.find(10.0);
   ASSERT_TRUE(found);
-  EXPECT_NEAR((found->p_odom_m - drive.place(drive.told_after_m)).norm(),
-              (drive.antenna_m - drive.place(drive.told_after_m)).norm() + 0.1, 0.05);
+  EXPECT_NEAR((found->p_odom_m - drive.place(drive.reported_after_m)).norm(),
+              (drive.antenna_m - drive.place(drive.reported_after_m)).norm() + 0.1, 0.05);
   EXPECT_LT(drive.nees(*found), 3.0);
 }
 
 TEST(AnchorFinder, one_range_in_ten_may_be_metres_too_long) {
-  int told = 0;
+  int reported = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Drive drive;
     drive.seed = seed;
@@ -221,12 +221,12 @@ TEST(AnchorFinder, one_range_in_ten_may_be_metres_too_long) {
     drive.outliers = 0.1;
     drive.settings.travel_again_m = 1.0;
     const auto found = drive.find(12.0);
-    if (!found) continue;  // too many of them by chance: better nothing than a wrong place
-    ++told;
+    if (!found) continue;  // too many outliers by chance: better no position than a wrong one
+    ++reported;
     EXPECT_LT((found->p_odom_m - drive.antenna_m).norm(), 1.2) << seed;
     EXPECT_LT(drive.nees(*found), 16.3) << seed;
   }
-  EXPECT_GE(told, 7);
+  EXPECT_GE(reported, 7);
 }
 
 TEST(AnchorFinder, a_wrong_place_is_never_told_for_certain) {
@@ -250,7 +250,7 @@ TEST(AnchorFinder, a_wrong_place_is_never_told_for_certain) {
     sum += nees;
   }
   EXPECT_LT(sum / kSeeds, 3.8);  // 3 and twice the sd of a mean of 50
-  EXPECT_GT(sum / kSeeds, 1.0);  // nor is everything called unknown
+  EXPECT_GT(sum / kSeeds, 1.0);  // nor is the covariance too large
 }
 
 TEST(AnchorFinder, what_is_not_a_number_or_has_no_sigma_is_left_out) {
@@ -364,7 +364,7 @@ TEST(AnchorFinder, begins_anew_after_a_reset) {
   EXPECT_EQ(finder.samples(), 9U);
   finder.reset();
   EXPECT_EQ(finder.samples(), 0U);
-  // Nine more are 1.6 m of way: not enough on their own.
+  // Nine more are 1.6 m of path: not enough on their own.
   for (int k = 9; k < 18; ++k) {
     EXPECT_FALSE(finder.add(drive.sample(0.2 * k, rng), 0.0, Vec3::UnitZ()));
   }

@@ -8,8 +8,9 @@ namespace rali::ranging {
 namespace {
 
 /// More messages than any radio sends in a window; beyond that only the hull itself is kept.
-constexpr std::size_t kMostPoints = 65536;
-/// The hull is made anew whenever so much of a window too much is kept, not for every message.
+constexpr std::size_t kMaxPoints = 65536;
+/// The hull is rebuilt whenever the points exceed the window by this fraction, not for every
+/// message.
 constexpr double kSlack = 0.125;
 
 }  // namespace
@@ -90,7 +91,7 @@ void ArrivalClock::add_to_hull(const Point& p) {
 void ArrivalClock::forget_old() {
   const double newest_s = points_.back().x_s;
   const bool too_long = newest_s - points_.front().x_s > (1.0 + kSlack) * settings_.window_s;
-  const bool too_many = points_.size() > kMostPoints;
+  const bool too_many = points_.size() > kMaxPoints;
   if (!too_long && !too_many) return;
   if (too_many) points_ = hull_;
   const auto is_old = [&](const Point& p) { return p.x_s < newest_s - settings_.window_s; };
@@ -113,7 +114,7 @@ void ArrivalClock::find_line() {
     slope_ = std::clamp((b.y_s - a.y_s) / (b.x_s - a.x_s), -steepest, steepest);
     if (b.x_s >= mean_x_s) break;
   }
-  // With its slope given the line lies on the lowest point of the hull seen along it.
+  // With its slope given, the line passes through the lowest point of the hull seen along it.
   level_s_ = hull_.front().y_s - slope_ * hull_.front().x_s;
   for (const Point& p : hull_) level_s_ = std::min(level_s_, p.y_s - slope_ * p.x_s);
 }

@@ -9,8 +9,8 @@
 
 namespace rali::ranging {
 
-/// A device's count of milliseconds in 32 bits, which starts again at 0 after 49.7 days, as a time
-/// that does not. A step of more than half of that counts as backward.
+/// Unwraps a device's count of milliseconds in 32 bits, which starts again at 0 after 49.7 days. A
+/// step of more than half of that counts as backward.
 class MillisecondCount {
  public:
   [[nodiscard]] Duration unwrap(std::uint32_t count_ms);
@@ -20,25 +20,25 @@ class MillisecondCount {
   std::int64_t total_ms_ = 0;
 };
 
-/// When a device's stamp was on the host's clock, from when its messages arrived (algorithms 4.6).
+/// Converts a device's stamps to the host's clock, by the arrival of its messages (algorithms 4.6).
 ///
-/// A message is never early: arrival less device time is the offset of the clocks plus a delay that
-/// is not negative. So the line below all such points is sought, not the one through them: the
-/// lower convex hull of the last `window_s`, of it the edge under the mean of the times (which has
-/// the least sum of delays above it), its slope within the drift that clocks can have. The line is
-/// extended forward to the newest stamp, so each answer uses only what came before. The very newest
-/// edge would not do: its end is the newest message, whatever its delay.
+/// Arrival less device time is the offset of the clocks plus a delay that is never negative. So the
+/// line is fitted below all such points, not through them. It is the edge of the lower convex hull
+/// of the last `window_s` under the mean of the times, which has the least sum of delays above it.
+/// Its slope is limited to the drift that clocks can have. The line is extrapolated to the newest
+/// stamp, so each answer uses only earlier messages. The newest edge would not do: its end is the
+/// newest message, whatever its delay.
 ///
-/// A constant delay is not seen by this and remains; it belongs into the time offset of the radio.
+/// A constant delay is not observable and remains; it belongs in the time offset of the radio.
 ///
-/// If the device's clock runs backward or jumps forward it starts anew; messages that come too late
-/// are believed to be late until there are `restart_count` of them in a row.
+/// If the device's clock runs backward or jumps forward, the estimate restarts. Late messages count
+/// as delayed; `restart_count` of them in a row restart it, too.
 class ArrivalClock {
  public:
   explicit ArrivalClock(const ArrivalClockSettings& settings);
 
-  /// The next message: its stamp on the device's clock and when it arrived. Returns when the stamp
-  /// was, on the host's clock; never later than the arrival but by the rounding of a double.
+  /// Adds the next message: its stamp on the device's clock and its arrival. Returns the stamp on
+  /// the host's clock; never later than the arrival but by the rounding of a double.
   Time add(Duration device, Time arrival);
 
   /// Host time of a stamp; nothing before the first message.

@@ -23,8 +23,8 @@ double delay_s(Rng& rng) {
   return jitter + (rng.uniform() < 0.02 ? 0.1 : 0.0);
 }
 
-/// A clock that heard 20 messages a second.
-ArrivalClock heard(double duration_s, std::uint64_t seed) {
+/// A clock that received 20 messages a second.
+ArrivalClock received(double duration_s, std::uint64_t seed) {
   ArrivalClock clock{ArrivalClockSettings{}};
   Rng rng(seed, "arrival");
   for (int i = 0; i <= std::lround(duration_s * 20.0); ++i) {
@@ -42,7 +42,7 @@ double error_ms(const ArrivalClock& clock, double t_s) {
 TEST(ArrivalClock, after_ten_seconds_is_right_to_a_tenth_of_a_millisecond_on_average) {
   double mean_ms = 0.0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const double e = error_ms(heard(10.0, seed), 5.0);
+    const double e = error_ms(received(10.0, seed), 5.0);
     EXPECT_LT(e, 0.35) << seed;
     mean_ms += e / 20.0;
   }
@@ -51,7 +51,7 @@ TEST(ArrivalClock, after_ten_seconds_is_right_to_a_tenth_of_a_millisecond_on_ave
 
 TEST(ArrivalClock, after_a_minute_is_right_to_a_tenth_of_a_millisecond) {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
-    const ArrivalClock clock = heard(60.0, seed);
+    const ArrivalClock clock = received(60.0, seed);
     EXPECT_LT(error_ms(clock, 30.0), 0.1) << seed;
     EXPECT_LT(error_ms(clock, 60.0), 0.2) << seed;
   }
@@ -101,30 +101,30 @@ TEST(ArrivalClock, a_drift_that_no_clock_has_is_not_followed) {
 }
 
 TEST(ArrivalClock, starts_anew_when_the_device_does) {
-  ArrivalClock clock = heard(10.0, 1);
+  ArrivalClock clock = received(10.0, 1);
   const Time after = clock.add(Duration::from_s(0.5), host(12.0));  // it was switched off and on
   EXPECT_EQ(clock.restarts(), 1);
   EXPECT_EQ(after, host(12.0));
 }
 
 TEST(ArrivalClock, starts_anew_when_the_device_jumps_forward) {
-  ArrivalClock clock = heard(10.0, 1);
+  ArrivalClock clock = received(10.0, 1);
   (void)clock.add(device(10.05) + Duration::from_s(1.2), host(10.05));
   EXPECT_EQ(clock.restarts(), 1);
-  ArrivalClock steady = heard(10.0, 1);
+  ArrivalClock steady = received(10.0, 1);
   (void)steady.add(device(10.05) + Duration::from_s(0.8), host(10.05));
   EXPECT_EQ(steady.restarts(), 0);
 }
 
 TEST(ArrivalClock, a_silence_of_both_clocks_is_no_jump) {
-  ArrivalClock clock = heard(10.0, 1);
+  ArrivalClock clock = received(10.0, 1);
   const Time after = clock.add(device(310.0), host(310.012));
   EXPECT_EQ(clock.restarts(), 0);
   EXPECT_LE(after, host(310.012));
 }
 
 TEST(ArrivalClock, late_messages_are_late_until_there_are_many) {
-  ArrivalClock clock = heard(20.0, 1);
+  ArrivalClock clock = received(20.0, 1);
   for (int i = 1; i < 10; ++i) {
     const double t = 20.0 + 0.05 * i;
     const Time stamp = clock.add(device(t), host(t + 3.0));
@@ -149,10 +149,10 @@ TEST(ArrivalClock, knows_nothing_before_the_first_message) {
 
 TEST(MillisecondCount, goes_on_across_the_wrap_of_32_bits) {
   MillisecondCount count;
-  const std::uint32_t most = std::numeric_limits<std::uint32_t>::max();
-  const Duration before = count.unwrap(most - 9);
+  const std::uint32_t maximum = std::numeric_limits<std::uint32_t>::max();
+  const Duration before = count.unwrap(maximum - 9);
   EXPECT_EQ(before.ns, 4294967286000000);
-  EXPECT_EQ(count.unwrap(most) - before, Duration::from_s(0.009));
+  EXPECT_EQ(count.unwrap(maximum) - before, Duration::from_s(0.009));
   EXPECT_EQ(count.unwrap(0) - before, Duration::from_s(0.010));
   EXPECT_EQ(count.unwrap(40) - before, Duration::from_s(0.050));
 }

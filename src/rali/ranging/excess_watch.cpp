@@ -25,8 +25,8 @@ double ExcessWatch::level() const {
   return median(std::vector<double>(recent_m_.begin(), recent_m_.end()));
 }
 
-/// A step must stand out of the noise of the samples themselves, as measured from one to the next,
-/// and not be smaller than what is worth the doubt.
+/// A step must exceed the noise of the samples, as measured from one to the next, and a smallest
+/// step that matters.
 double ExcessWatch::limit(double sigma_m) const {
   double noise_m = sigma_m;
   if (steps_m_.size() >= static_cast<std::size_t>(settings_.noise_samples)) {
@@ -59,7 +59,7 @@ ExcessVerdict ExcessWatch::pending(Time t, double nu_m, double limit_m) {
   const bool far = std::abs(off_m) > limit_m;
   const bool same_side = pending_m_.empty() || (off_m > 0.0) == (pending_m_.back() > level());
   if (!far || !same_side) pending_m_.clear();
-  // What creeps away is the pose, not the way of a signal.
+  // A slow drift comes from the pose, not from the signal path.
   const bool jumped = !pending_m_.empty() || std::abs(nu_m - recent_m_.back()) > 0.6 * limit_m;
   if (!far || !jumped) {
     follow(nu_m);
@@ -77,14 +77,14 @@ ExcessVerdict ExcessWatch::pending(Time t, double nu_m, double limit_m) {
   return ExcessVerdict::kExcess;
 }
 
-/// It ends with a step down, when the pose has become as doubtful as the excess is long, or when it
-/// has lasted longer than obstacles do. The level follows meanwhile: the speed is not known
+/// It ends with a step down, when the pose has become as uncertain as the excess is large, or when
+/// it has lasted longer than obstacles do. The level follows meanwhile: the speed is not known
 /// exactly.
 ExcessVerdict ExcessWatch::in_excess(Time t, double nu_m, double limit_m, double pose_sigma_m) {
   const double down_m = level() - nu_m;
-  const bool over = down_m > std::max(limit_m, settings_.end_share * step_m_);
-  const bool believed = seconds_between(*t_excess_, t) > settings_.longest_s ||
-                        pose_sigma_m > settings_.doubt_factor * step_m_;
+  const bool over = down_m > std::max(limit_m, settings_.end_fraction * step_m_);
+  const bool assumed = seconds_between(*t_excess_, t) > settings_.longest_s ||
+                       pose_sigma_m > settings_.uncertainty_factor * step_m_;
   if (over) {
     pending_m_.push_back(nu_m);
   } else {
@@ -92,7 +92,7 @@ ExcessVerdict ExcessWatch::in_excess(Time t, double nu_m, double limit_m, double
     follow(nu_m);
   }
   const bool ended = pending_m_.size() >= static_cast<std::size_t>(settings_.step_samples);
-  if (!ended && !believed) return ExcessVerdict::kExcess;
+  if (!ended && !assumed) return ExcessVerdict::kExcess;
   reset();
   follow(nu_m);
   return ExcessVerdict::kNone;

@@ -42,7 +42,7 @@ TEST(ExcessWatch, a_burst_of_two_seconds_is_refused_from_its_first_range_and_end
   EXPECT_EQ(fed.quiet(0.6), ExcessVerdict::kWaiting);
   for (int k = 2; k < 40; ++k) EXPECT_EQ(fed.quiet(0.6), ExcessVerdict::kExcess) << k;
   EXPECT_NEAR(fed.watch.step_m(), 0.6, 0.041);
-  // Down again: believed when three in a row say so.
+  // Down again: accepted when three in a row agree.
   EXPECT_EQ(fed.quiet(0.0), ExcessVerdict::kExcess);
   EXPECT_EQ(fed.quiet(0.0), ExcessVerdict::kExcess);
   fed.expect_quiet(60, 0.0);
@@ -96,16 +96,16 @@ TEST(ExcessWatch, a_step_down_is_a_relief) {
 TEST(ExcessWatch, an_excess_longer_than_any_obstacle_is_believed) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
-  // The third range tells the step; 6 s later, 120 ranges, it is believed.
+  // The third range confirms the step; 6 s later, 120 ranges, it is accepted as distance.
   for (int k = 0; k < 123; ++k) EXPECT_NE(fed.quiet(0.6), ExcessVerdict::kNone) << k;
   fed.expect_quiet(40, 0.6);
   fed.quiet(0.0);
   fed.quiet(0.0);
-  EXPECT_EQ(fed.quiet(0.0), ExcessVerdict::kRelieved);  // the way is free again
+  EXPECT_EQ(fed.quiet(0.0), ExcessVerdict::kRelieved);  // the line of sight is free again
 }
 
 TEST(ExcessWatch, passing_the_antenna_with_a_wrong_pose_is_no_step) {
-  // The line of sight turned by 0.3 rad, the pose is doubtful by 0.5 m: 0.15 m, and 4 times that
+  // The line of sight turned by 0.3 rad, the sigma of the pose is 0.5 m: 0.15 m, and 4 times that
   // is 0.6 m.
   Fed turned;
   turned.expect_quiet(40, 0.0);
@@ -120,7 +120,7 @@ TEST(ExcessWatch, silence_ends_an_excess_and_makes_steps_meaningless) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
   fed.t_s += 1.1;
-  fed.expect_quiet(40, 0.6);  // meanwhile the pose may have gone anywhere
+  fed.expect_quiet(40, 0.6);  // meanwhile the pose may have drifted anywhere
   for (int k = 0; k < 10; ++k) EXPECT_NE(fed.quiet(1.2), ExcessVerdict::kNone) << k;
   fed.t_s += 1.1;
   fed.expect_quiet(20, 1.2);
@@ -137,8 +137,8 @@ TEST(ExcessWatch, nothing_is_a_step_before_there_is_a_level) {
 }
 
 TEST(ExcessWatch, noise_of_the_ranges_hides_steps_smaller_than_four_sds_of_it) {
-  // 10 cm up and down: the noise is sigma, 4 of them are 0.4 m. The same step stands out where
-  // ranges are quiet.
+  // 10 cm up and down: the noise is sigma, 4 of them are 0.4 m. The same step is detected in ranges
+  // with little noise.
   Fed noisy;
   for (int k = 0; k < 40; ++k) {
     EXPECT_EQ(noisy.next(k % 2 == 0 ? 0.1 : -0.1), ExcessVerdict::kNone) << k;
@@ -152,11 +152,11 @@ TEST(ExcessWatch, noise_of_the_ranges_hides_steps_smaller_than_four_sds_of_it) {
 TEST(ExcessWatch, noise_is_not_believed_to_be_more_than_the_sigma_of_a_range) {
   Fed fed;
   for (int k = 0; k < 60; ++k) static_cast<void>(fed.next(k % 2 == 0 ? 0.3 : -0.3));
-  EXPECT_EQ(fed.next(1.0), ExcessVerdict::kWaiting);  // by its own noise the limit were 1.8 m
+  EXPECT_EQ(fed.next(1.0), ExcessVerdict::kWaiting);  // by its own noise the limit would be 1.8 m
 }
 
 TEST(ExcessWatch, an_excess_ends_with_a_step_down_of_more_than_a_share_of_it) {
-  // Of 1 m, 0.44 m are gone at once: more than 40 %. Of 0.3 m nobody says that the way is free.
+  // Of 1 m, 0.44 m are gone at once: more than 40 %. A step down of 0.3 m does not end it.
   Fed over;
   over.expect_quiet(40, 0.0);
   for (int k = 0; k < 20; ++k) static_cast<void>(over.next(1.0));
@@ -170,7 +170,7 @@ TEST(ExcessWatch, an_excess_ends_with_a_step_down_of_more_than_a_share_of_it) {
 }
 
 TEST(ExcessWatch, an_excess_that_drifts_with_the_speed_still_ends_with_its_step_down) {
-  // The speed is wrong by 0.2 m/s: after 2 s the level is at 1.0 m, and the way back at 0.4 m.
+  // The speed is wrong by 0.2 m/s: after 2 s the level is at 1.0 m, and the free distance at 0.4 m.
   Fed fed;
   fed.expect_quiet(40, 0.0);
   for (int k = 0; k < 40; ++k) EXPECT_NE(fed.next(0.6 + 0.01 * k), ExcessVerdict::kNone) << k;

@@ -15,7 +15,7 @@ int direction_of(const RangeSample& s) {
   return std::pair(s.from, s.from_antenna) <= std::pair(s.to, s.to_antenna) ? 0 : 1;
 }
 
-/// Mean of two powers of which 0 is not known.
+/// Mean of two powers, where 0 means not known.
 double mean_power(double a_dbm, double b_dbm) {
   if (a_dbm == 0.0) return b_dbm;
   if (b_dbm == 0.0) return a_dbm;
@@ -59,7 +59,7 @@ ExchangePairer::Past* ExchangePairer::find(Link& link, Time from, Time to, bool 
 void ExchangePairer::remember(Link& link, const RangeSample& sample, bool paired) const {
   link.past.emplace(sample.t.ns, Past{sample, paired});
   if (link.past.size() <= static_cast<std::size_t>(settings_.history)) return;
-  // The one farthest away in time: after a clock went back the newest are the useless ones.
+  // The one farthest away in time: after a clock went back the newest are useless.
   const auto last = std::prev(link.past.end());
   const bool first_is_farther =
       sample.t - Time{link.past.begin()->first} >= Time{last->first} - sample.t;
@@ -101,7 +101,7 @@ void ExchangePairer::join(Link& link, Past& partner, const RangeSample& sample,
 void ExchangePairer::add(const RangeSample& sample, std::vector<PairedRange>& out) {
   release(sample.t, out);
   if (!std::isfinite(sample.range_m)) {
-    out.push_back({sample, false});  // not to be averaged; why it is no range is for others to say
+    out.push_back({sample, false});  // not to be averaged; a later stage gives the reason
     return;
   }
   const bool low = direction_of(sample) == 0;
@@ -113,14 +113,14 @@ void ExchangePairer::add(const RangeSample& sample, std::vector<PairedRange>& ou
     out.push_back({sample, true});
     return;
   }
-  link.heard[low ? 0 : 1] = true;
+  link.received[low ? 0 : 1] = true;
   const Duration half = Duration::from_s(0.5 * settings_.slot_s);
   if (Past* partner = find(link, sample.t - half, sample.t + half, false, sample)) {
     return join(link, *partner, sample, out);
   }
   remember(link, sample, false);
   const bool late = link.waiting && sample.t < link.waiting->t;
-  if (late || !link.heard[0] || !link.heard[1]) {
+  if (late || !link.received[0] || !link.received[1]) {
     out.push_back({sample, false});
     return;
   }
@@ -134,7 +134,7 @@ void ExchangePairer::release(Time now, std::vector<PairedRange>& out) {
   std::size_t kept = 0;
   for (const Key& key : waiting_) {
     std::optional<RangeSample>& waiting = links_[key].waiting;
-    if (!waiting) continue;  // has met its partner
+    if (!waiting) continue;  // is paired
     if (waiting->t >= now || within_half_slot(waiting->t, now)) {
       waiting_[kept++] = key;
       continue;

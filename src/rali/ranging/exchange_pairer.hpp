@@ -11,13 +11,13 @@
 
 namespace rali::ranging {
 
-/// A range to pass on, or one that says nothing new.
+/// A range to pass on, or a duplicate.
 struct PairedRange {
   sensor::RangeSample sample;
   bool duplicate = false;
 };
 
-/// How the two directions of one pair of vehicles differ: whether they are one measurement or two.
+/// Difference of the two directions of one pair of vehicles: are they one measurement or two?
 struct ExchangeStatistics {
   VehicleId low, high;
   std::int64_t exchanges = 0;      ///< of which both directions were seen
@@ -30,14 +30,14 @@ struct ExchangeStatistics {
 };
 
 /// Finds ranges that are one measurement (algorithms 4.7): j's radio reports u_jk and k's u_kj, and
-/// both may come from one exchange; and what comes a second time, through the network or by a
-/// repeated message.
+/// both may come from one exchange. A range may also arrive a second time, through the network or
+/// by a repeated message.
 ///
-/// Key: the pair of antennas and the time within half a slot. Of both directions of one exchange
-/// the mean is passed on once, sigma unchanged. Directions that differ by more than `agree_m` have
-/// errors of their own: both are passed on.
+/// Key: the pair of antennas and the time within half a slot. The mean of both directions of one
+/// exchange is passed on once, sigma unchanged. Directions that differ by more than `agree_m` have
+/// independent errors: both are passed on.
 ///
-/// Only a pair of which both directions are heard makes a range wait, at most until a range half a
+/// A range waits only if both directions of its pair are received, at most until a range half a
 /// slot later comes or release() is called. Ranges of one pair leave in order of time; ranges of
 /// different pairs may overtake each other by half a slot.
 class ExchangePairer {
@@ -47,10 +47,10 @@ class ExchangePairer {
   /// Takes the next range and appends to `out` what is decided by it.
   void add(const sensor::RangeSample& sample, std::vector<PairedRange>& out);
 
-  /// Lets go of all that waits for a range from before `now`.
+  /// Passes on all ranges that wait for a partner from before `now`.
   void release(Time now, std::vector<PairedRange>& out);
 
-  /// Lets go of all: the recording has ended.
+  /// Passes on all waiting ranges: the recording has ended.
   void flush(std::vector<PairedRange>& out);
 
   /// One row per pair of vehicles with both directions, in order of their numbers.
@@ -67,7 +67,7 @@ class ExchangePairer {
 
   struct Link {
     std::multimap<std::int64_t, Past> past;  ///< by stamp
-    bool heard[2] = {false, false};          ///< directions
+    bool received[2] = {false, false};       ///< directions
     std::optional<sensor::RangeSample> waiting;
   };
 

@@ -20,7 +20,7 @@ RangeSample range(double t_s, std::uint16_t from, std::uint16_t to, double range
   return s;
 }
 
-/// A pairer and all it said.
+/// A pairer and all its output.
 struct Fed {
   ExchangePairer pairer{ExchangeSettings{}};
   std::vector<PairedRange> out;
@@ -28,7 +28,7 @@ struct Fed {
   void add(const RangeSample& s) { pairer.add(s, out); }
 
   /// What came out since the last call: ranges passed on (positive), duplicates (negative).
-  std::vector<double> said() {
+  std::vector<double> reported() {
     std::vector<double> ranges;
     for (const PairedRange& p : out) {
       ranges.push_back(p.duplicate ? -p.sample.range_m : p.sample.range_m);
@@ -38,7 +38,7 @@ struct Fed {
   }
 
   /// Makes both directions of the pair 1-2 known, long before.
-  void hear_both() {
+  void receive_both() {
     add(range(-10.0, 1, 2, 5.0));
     add(range(-9.0, 2, 1, 5.0));
     pairer.flush(out);
@@ -46,35 +46,35 @@ struct Fed {
   }
 };
 
-using Said = std::vector<double>;
+using Reported = std::vector<double>;
 
 TEST(ExchangePairer, both_directions_of_one_exchange_are_one_range) {
   Fed fed;
-  fed.hear_both();
+  fed.receive_both();
   fed.add(range(0.000, 1, 2, 10.0));
-  EXPECT_EQ(fed.said(), Said{});  // waits
+  EXPECT_EQ(fed.reported(), Reported{});  // waits
   fed.add(range(0.004, 2, 1, 10.2));
   ASSERT_EQ(fed.out.size(), 2u);
   EXPECT_EQ(fed.out[0].sample.t, Time::from_s(100.002));
   EXPECT_EQ(fed.out[0].sample.from.value, 1);
-  EXPECT_EQ(fed.said(), (Said{10.1, -10.2}));
+  EXPECT_EQ(fed.reported(), (Reported{10.1, -10.2}));
 }
 
 TEST(ExchangePairer, directions_half_a_slot_apart_are_two_ranges) {
   Fed fed;
-  fed.hear_both();
+  fed.receive_both();
   fed.add(range(0.000, 1, 2, 10.0));
   fed.add(range(0.011, 2, 1, 10.2));
-  EXPECT_EQ(fed.said(), (Said{10.0}));
+  EXPECT_EQ(fed.reported(), (Reported{10.0}));
   fed.pairer.flush(fed.out);
-  EXPECT_EQ(fed.said(), (Said{10.2}));
+  EXPECT_EQ(fed.reported(), (Reported{10.2}));
 }
 
 TEST(ExchangePairer, a_link_heard_from_one_end_never_waits) {
   Fed fed;
   for (int i = 0; i < 5; ++i) {
     fed.add(range(0.05 * i, 1, 2, 10.0 + i));
-    EXPECT_EQ(fed.said(), (Said{10.0 + i}));
+    EXPECT_EQ(fed.reported(), (Reported{10.0 + i}));
   }
 }
 
@@ -82,7 +82,7 @@ TEST(ExchangePairer, the_first_partner_ever_heard_comes_too_late_for_a_mean) {
   Fed fed;
   fed.add(range(0.000, 1, 2, 10.0));
   fed.add(range(0.001, 2, 1, 10.2));
-  EXPECT_EQ(fed.said(), (Said{10.0, -10.2}));
+  EXPECT_EQ(fed.reported(), (Reported{10.0, -10.2}));
 }
 
 TEST(ExchangePairer, a_repeated_message_says_nothing_new) {
@@ -90,31 +90,31 @@ TEST(ExchangePairer, a_repeated_message_says_nothing_new) {
   fed.add(range(0.0, 1, 2, 10.0));
   fed.add(range(0.0, 1, 2, 10.0));
   fed.add(range(0.5, 1, 2, 11.0));
-  fed.add(range(0.0, 1, 2, 10.0));  // again, by another way and later
-  EXPECT_EQ(fed.said(), (Said{10.0, -10.0, 11.0, -10.0}));
+  fed.add(range(0.0, 1, 2, 10.0));  // again, by another route and later
+  EXPECT_EQ(fed.reported(), (Reported{10.0, -10.0, 11.0, -10.0}));
 }
 
 TEST(ExchangePairer, what_comes_late_through_the_network_finds_its_exchange) {
   Fed fed;
-  fed.hear_both();
+  fed.receive_both();
   fed.add(range(0.00, 1, 2, 10.0));
   fed.add(range(0.05, 1, 2, 10.1));
   fed.add(range(0.10, 1, 2, 10.2));
-  EXPECT_EQ(fed.said(), (Said{10.0, 10.1}));
+  EXPECT_EQ(fed.reported(), (Reported{10.0, 10.1}));
   fed.add(range(0.002, 2, 1, 10.01));
-  EXPECT_EQ(fed.said(), (Said{-10.01}));
+  EXPECT_EQ(fed.reported(), (Reported{-10.01}));
   fed.add(range(0.025, 2, 1, 10.05));  // an exchange of its own, late
-  EXPECT_EQ(fed.said(), (Said{10.05}));
+  EXPECT_EQ(fed.reported(), (Reported{10.05}));
 }
 
 TEST(ExchangePairer, one_exchange_has_two_directions_and_not_three) {
   Fed fed;
-  fed.hear_both();
+  fed.receive_both();
   fed.add(range(0.000, 1, 2, 10.0));
   fed.add(range(0.002, 2, 1, 10.0));
   fed.add(range(0.004, 2, 1, 10.3));
   fed.pairer.flush(fed.out);
-  EXPECT_EQ(fed.said(), (Said{10.0, -10.0, 10.3}));
+  EXPECT_EQ(fed.reported(), (Reported{10.0, -10.0, 10.3}));
 }
 
 TEST(ExchangePairer, antennas_of_one_vehicle_are_not_mixed_up) {
@@ -124,49 +124,49 @@ TEST(ExchangePairer, antennas_of_one_vehicle_are_not_mixed_up) {
   a.from_antenna = 1;  // 1.1 to 2.0, and 2.0 to 1.0
   fed.add(a);
   fed.add(b);
-  EXPECT_EQ(fed.said(), (Said{10.0, 10.2}));
+  EXPECT_EQ(fed.reported(), (Reported{10.0, 10.2}));
   b.to_antenna = 1;
   fed.add(b);
-  EXPECT_EQ(fed.said(), (Said{-10.2}));
+  EXPECT_EQ(fed.reported(), (Reported{-10.2}));
 }
 
 TEST(ExchangePairer, directions_that_contradict_each_other_are_both_passed_on) {
   Fed fed;
-  fed.hear_both();
+  fed.receive_both();
   fed.add(range(0.000, 1, 2, 10.0));
   fed.add(range(0.004, 2, 1, 14.0));
-  EXPECT_EQ(fed.said(), (Said{10.0, 14.0}));
+  EXPECT_EQ(fed.reported(), (Reported{10.0, 14.0}));
 }
 
 TEST(ExchangePairer, ranges_of_one_pair_leave_in_order_of_time) {
   Fed fed;
-  fed.hear_both();
+  fed.receive_both();
   fed.add(range(0.000, 1, 2, 10.0));
   fed.add(range(0.003, 1, 2, 10.1));  // a second exchange within half a slot
   fed.add(range(0.006, 1, 2, 10.2));
   fed.pairer.flush(fed.out);
-  EXPECT_EQ(fed.said(), (Said{10.0, 10.1, 10.2}));
+  EXPECT_EQ(fed.reported(), (Reported{10.0, 10.1, 10.2}));
 }
 
 TEST(ExchangePairer, nothing_waits_longer_than_half_a_slot) {
   Fed fed;
-  fed.hear_both();
+  fed.receive_both();
   fed.add(range(0.000, 1, 2, 10.0));
   fed.pairer.release(Time::from_s(100.009), fed.out);
-  EXPECT_EQ(fed.said(), Said{});
+  EXPECT_EQ(fed.reported(), Reported{});
   fed.pairer.release(Time::from_s(100.011), fed.out);
-  EXPECT_EQ(fed.said(), (Said{10.0}));
+  EXPECT_EQ(fed.reported(), (Reported{10.0}));
   fed.pairer.flush(fed.out);
-  EXPECT_EQ(fed.said(), Said{});
+  EXPECT_EQ(fed.reported(), Reported{});
 
   fed.add(range(0.100, 1, 2, 10.0));
-  fed.add(range(0.120, 3, 4, 20.0));  // a range of another pair lets go as well
-  EXPECT_EQ(fed.said(), (Said{10.0, 20.0}));
+  fed.add(range(0.120, 3, 4, 20.0));  // a range of another pair releases it as well
+  EXPECT_EQ(fed.reported(), (Reported{10.0, 20.0}));
 }
 
 TEST(ExchangePairer, a_merged_range_keeps_what_is_known_of_either) {
   Fed fed;
-  fed.hear_both();
+  fed.receive_both();
   RangeSample a = range(0.000, 1, 2, 10.0);
   RangeSample b = range(0.004, 2, 1, 10.2);
   a.sigma_m = 0.1;
@@ -182,7 +182,7 @@ TEST(ExchangePairer, a_merged_range_keeps_what_is_known_of_either) {
   EXPECT_EQ(m.first_path_dbm, -83.0);
 }
 
-TEST(ExchangePairer, statistics_tell_one_measurement_from_two) {
+TEST(ExchangePairer, statistics_report_one_measurement_from_two) {
   for (const bool one : {true, false}) {
     Fed fed;
     Rng rng(4, "exchange");
@@ -203,7 +203,7 @@ TEST(ExchangePairer, statistics_tell_one_measurement_from_two) {
 
 TEST(ExchangePairer, a_range_that_is_not_a_number_is_left_to_others) {
   Fed fed;
-  fed.hear_both();
+  fed.receive_both();
   fed.add(range(0.000, 1, 2, std::nan("")));
   fed.add(range(0.001, 2, 1, 10.0));
   fed.pairer.flush(fed.out);

@@ -13,13 +13,13 @@ using geometry::Vec3;
 
 namespace {
 
-/// Multipath and the antennas' patterns change over about such a way.
+/// Multipath and the antennas' patterns change over about this distance.
 constexpr double kSpacingM = 1.0;
 constexpr std::size_t kSamplesMax = 100;
 constexpr int kIterations = 10;
 constexpr double kStop = 1e-6;  // [m, rad]
 constexpr double kHuber = 2.0;  // sigmas; an obstructed range is too long by any amount
-/// Nothing is known better, or the equations were singular [m, rad].
+/// Smallest sigma: without it the equations could be singular [m, rad].
 constexpr double kSigmaMin = 1e-4;
 constexpr double kNear = 1e-3;  // [m]; no direction
 
@@ -35,7 +35,7 @@ PairCalibration::PairCalibration(const PairPrior& prior) : prior_(prior) {
   covariance_ = sigma.cwiseMax(kSigmaMin).cwiseAbs2().asDiagonal();
 }
 
-void PairCalibration::begin_stay(const Vec3& place_m, const Mat3& covariance_m2) {
+void PairCalibration::start_stay(const Vec3& place_m, const Mat3& covariance_m2) {
   end_stay();
   place_m_ = place_m;
   Eigen::Matrix2d place = 0.5 * (covariance_m2 + covariance_m2.transpose()).topLeftCorner<2, 2>();
@@ -74,13 +74,13 @@ double PairCalibration::variance_m2(const Vec3& p_m) const {
   return std::max(0.0, h.dot(covariance_ * h));
 }
 
-/// The frame's error turns the place about the peer's first position and shifts it.
+/// The frame's error rotates the position about the peer's first one and shifts it.
 Vec3 PairCalibration::place_at(const Vector& x) const {
   const Vec3 shift(x(kX) + x(kPlaceX), x(kY) + x(kPlaceY), 0.0);
   return prior_.origin_m + shift + turned(*place_m_ - prior_.origin_m, x(kHeading));
 }
 
-/// Of distance plus constant by the unknowns.
+/// Derivative of distance plus constant by the unknowns.
 PairCalibration::Vector PairCalibration::derivative(const Vector& x, const Vec3& p_m) const {
   const Vec3 place = place_at(x);
   const Vec3 line = place - p_m;
@@ -91,7 +91,7 @@ PairCalibration::Vector PairCalibration::derivative(const Vector& x, const Vec3&
   return h;
 }
 
-/// All ranges of the stay and what was known before it, by Gauss-Newton with Huber's weights.
+/// Solves for all ranges of the stay and the prior before it, by Gauss-Newton with Huber's weights.
 void PairCalibration::solve() {
   Vector x = mean_;
   Matrix H = information_before_;

@@ -20,11 +20,11 @@ PairPrior prior() {
   return p;
 }
 
-// Place and constant have the same sigma as the range, and the range is 0.3 m too long: each takes
-// a third of it.
+// Position and constant have the same sigma as the range, and the range is 0.3 m too long: each
+// takes a third of it.
 TEST(PairCalibration, shares_a_range_among_place_constant_and_noise_by_their_variances) {
   PairCalibration c(prior());
-  c.begin_stay({10.0, 0.0, 0.0}, Mat3::Zero());
+  c.start_stay({10.0, 0.0, 0.0}, Mat3::Zero());
   EXPECT_TRUE(c.add(Vec3::Zero(), 10.3));
   EXPECT_NEAR(c.constant_m(), 0.1, 1e-5);
   EXPECT_NEAR(c.place_m().x(), 10.1, 1e-5);
@@ -32,11 +32,11 @@ TEST(PairCalibration, shares_a_range_among_place_constant_and_noise_by_their_var
   EXPECT_NEAR(c.variance_m2(Vec3::Zero()), 0.00667, 1e-4);
 }
 
-// From both sides 10.3 and 9.9 m: with d and b for place and constant less the prior's,
+// From both sides 10.3 and 9.9 m: with d and b for position and constant less the prior's,
 // 3 d = 0.4 and 3 b = 0.2.
 TEST(PairCalibration, parts_place_and_constant_by_ranges_from_both_sides) {
   PairCalibration c(prior());
-  c.begin_stay({10.0, 0.0, 0.0}, Mat3::Zero());
+  c.start_stay({10.0, 0.0, 0.0}, Mat3::Zero());
   EXPECT_TRUE(c.add(Vec3::Zero(), 10.3));
   EXPECT_TRUE(c.add({20.0, 0.0, 0.0}, 9.9));
   EXPECT_NEAR(c.place_m().x(), 10.0 + 0.4 / 3.0, 1e-5);
@@ -45,7 +45,7 @@ TEST(PairCalibration, parts_place_and_constant_by_ranges_from_both_sides) {
 
 TEST(PairCalibration, counts_ranges_from_one_spot_once) {
   PairCalibration c(prior());
-  c.begin_stay({10.0, 0.0, 0.0}, Mat3::Zero());
+  c.start_stay({10.0, 0.0, 0.0}, Mat3::Zero());
   EXPECT_TRUE(c.add(Vec3::Zero(), 10.3));
   EXPECT_FALSE(c.add({0.9, 0.0, 0.0}, 9.4));
   EXPECT_TRUE(c.add({1.1, 0.0, 0.0}, 9.2));
@@ -53,7 +53,7 @@ TEST(PairCalibration, counts_ranges_from_one_spot_once) {
 
 TEST(PairCalibration, keeps_the_constant_for_the_next_stay_but_not_the_place) {
   PairCalibration c(prior());
-  c.begin_stay({10.0, 0.0, 0.0}, Mat3::Identity());
+  c.start_stay({10.0, 0.0, 0.0}, Mat3::Identity());
   for (int k = 0; k < 30; ++k) {
     EXPECT_TRUE(c.add({1.0 * k - 5.0, 2.0, 0.0}, std::hypot(15.0 - k, 2.0) + 0.25));
   }
@@ -62,14 +62,14 @@ TEST(PairCalibration, keeps_the_constant_for_the_next_stay_but_not_the_place) {
   c.end_stay();
   EXPECT_FALSE(c.in_stay());
   EXPECT_FALSE(c.add(Vec3::Zero(), 1.0));
-  c.begin_stay({40.0, 0.0, 0.0}, Mat3::Identity());
+  c.start_stay({40.0, 0.0, 0.0}, Mat3::Identity());
   EXPECT_NEAR(c.constant_m(), constant_m, 1e-12);
-  // One metre of what the paths drifted, which the first stay said nothing about.
+  // One metre of drift of the paths, which the first stay did not constrain.
   EXPECT_GT(c.variance_m2(Vec3::Zero()), 1.0);
 }
 
-// The peer drove 20 m by its own word, and its heading was measured 0.1 rad wrong: its place is 2 m
-// off to the side. The next place is right before a range comes.
+// The peer reports 20 m, and its heading was measured 0.1 rad wrong: its position is 2 m off to the
+// side. The next position is right before a range comes.
 TEST(PairCalibration, learns_the_heading_of_the_peers_frame_for_the_next_stay) {
   PairPrior p = prior();
   p.origin_m = Vec3::Zero();
@@ -78,19 +78,19 @@ TEST(PairCalibration, learns_the_heading_of_the_peers_frame_for_the_next_stay) {
   PairCalibration c(p);
   const double yaw = 0.1;
   const Vec3 place(20.0 * std::cos(yaw), 20.0 * std::sin(yaw), 0.0);
-  c.begin_stay({20.0, 0.0, 0.0}, Mat3::Zero());
+  c.start_stay({20.0, 0.0, 0.0}, Mat3::Zero());
   for (int k = 0; k < 20; ++k) {
     const Vec3 from(1.0 * k, -1.0, 0.0);
     EXPECT_TRUE(c.add(from, (place - from).norm()));
   }
   EXPECT_NEAR(c.place_m().y(), place.y(), 0.15);
-  c.begin_stay({40.0, 0.0, 0.0}, Mat3::Zero());
+  c.start_stay({40.0, 0.0, 0.0}, Mat3::Zero());
   EXPECT_NEAR(c.place_m().y(), 40.0 * std::sin(yaw), 0.3);
 }
 
 TEST(PairCalibration, an_obstructed_range_moves_it_little) {
   PairCalibration c(prior());
-  c.begin_stay({10.0, 0.0, 0.0}, Mat3::Zero());
+  c.start_stay({10.0, 0.0, 0.0}, Mat3::Zero());
   for (int k = 0; k < 5; ++k) EXPECT_TRUE(c.add({2.0 * k, 0.0, 0.0}, 10.0 - 2.0 * k + 0.1));
   const double before_m = c.constant_m();
   EXPECT_TRUE(c.add({-2.0, 0.0, 0.0}, 15.0));
@@ -99,13 +99,13 @@ TEST(PairCalibration, an_obstructed_range_moves_it_little) {
 
 TEST(PairCalibration, refuses_what_is_not_a_number) {
   PairCalibration c(prior());
-  c.begin_stay({10.0, 0.0, 0.0}, Mat3::Zero());
+  c.start_stay({10.0, 0.0, 0.0}, Mat3::Zero());
   EXPECT_FALSE(c.add({std::nan(""), 0.0, 0.0}, 10.0));
   EXPECT_FALSE(c.add(Vec3::Zero(), std::nan("")));
   EXPECT_TRUE(c.place_m().allFinite());
 }
 
-// Draws by its own assumptions: the squared error of distance plus constant is what it states.
+// Draws by its own assumptions: the squared error of distance plus constant fits its covariance.
 TEST(PairCalibration, states_its_errors_honestly) {
   Rng rng(7, "pair calibration");
   double squares = 0.0;
@@ -120,7 +120,7 @@ TEST(PairCalibration, states_its_errors_honestly) {
     const double constant_m = p.constant_sigma_m * rng.normal();
     constexpr double kDrift = 0.1;
     const Vec3 drift(kDrift * rng.normal(), kDrift * rng.normal(), 0.0);
-    c.begin_stay({12.0, 1.0, 0.0}, kDrift * kDrift * Mat3::Identity());
+    c.start_stay({12.0, 1.0, 0.0}, kDrift * kDrift * Mat3::Identity());
     const Vec3 arm(12.0 * std::cos(yaw) - std::sin(yaw), 12.0 * std::sin(yaw) + std::cos(yaw), 0.0);
     const Vec3 place = arm + shift + drift;
     for (int k = 0; k < 8; ++k) {

@@ -10,14 +10,14 @@ namespace rali::ranging {
 enum class PaperSmoother { kLine, kMean, kQuadratic, kNone };
 inline constexpr ChoiceNames<4> kPaperSmootherNames{"line", "mean", "quadratic", "none"};
 
-/// The points between which a range is taken: antennas, or bodies as printed.
+/// The points between which a range is taken: antennas, or bodies as in the paper.
 enum class PaperRangePoint { kAntenna, kBody };
 inline constexpr ChoiceNames<2> kPaperRangePointNames{"antenna", "body"};
 
 /// How a range becomes a distance in the plane of the correction.
 enum class PaperRange2d {
   kProject,  ///< sqrt(u^2 - dz^2)
-  kFlat,     ///< u, as printed
+  kFlat,     ///< u, as in the paper
   k3d        ///< no plane: circle and direction in space
 };
 inline constexpr ChoiceNames<3> kPaperRange2dNames{"project", "flat", "3d"};
@@ -30,35 +30,36 @@ inline constexpr ChoiceNames<2> kPaperRootNames{"smallest", "nearest_imu"};
 enum class PaperNoRoot { kClosest, kNone };
 inline constexpr ChoiceNames<2> kPaperNoRootNames{"closest", "none"};
 
-/// What becomes of a range that moved the state (finding F13).
+/// Further use of a range that moved the state (finding F13).
 enum class PaperThenFactor {
-  kState,  ///< it enters the graph as well, as printed
-  kGuess   ///< the move is but an initial guess, the factor alone counts
+  kState,  ///< it enters the graph as well, as in the paper
+  kGuess   ///< the move is only an initial guess, the factor alone counts
 };
 inline constexpr ChoiceNames<2> kPaperThenFactorNames{"state", "guess"};
 
-/// Where the vehicle was when the smoothed range is compared with its pose.
+/// The time at which the smoothed range is compared with the pose.
 enum class PaperRangeTime {
-  kMeasured,  ///< at the time of the newest range: the pose is carried back by its velocity
-  kKeyframe   ///< at the keyframe, as printed: one index for both
+  kMeasured,  ///< at the newest range: the pose is extrapolated back by its velocity
+  kKeyframe   ///< at the keyframe, as in the paper: one index for both
 };
 inline constexpr ChoiceNames<2> kPaperRangeTimeNames{"measured", "keyframe"};
 
 /// Which smoothed ranges are factors of the local graph.
 enum class PaperFactor {
-  kDegenerate,  ///< wherever the place is degenerate, also if the range fits already
+  kDegenerate,  ///< wherever the scan is degenerate, also if the range fits already
   kCorrected,   ///< those that moved the state (algorithms 5.2)
   kAlways,      ///< one at each keyframe that has one
   kNone
 };
 inline constexpr ChoiceNames<4> kPaperFactorNames{"degenerate", "corrected", "always", "none"};
 
-/// Who moves with a keyframe that is corrected.
-enum class PaperShare {
-  kKeyframes,  ///< blind keyframes since the last correction take their part (algorithms 5.5)
-  kNone        ///< as printed: that keyframe alone
+/// Which keyframes move with one that is corrected.
+enum class PaperFraction {
+  kKeyframes,  ///< degenerate keyframes since the last correction take their fraction
+               ///< (algorithms 5.5)
+  kNone        ///< as in the paper: that keyframe alone
 };
-inline constexpr ChoiceNames<2> kPaperShareNames{"keyframes", "none"};
+inline constexpr ChoiceNames<2> kPaperFractionNames{"keyframes", "none"};
 
 /// The paper's use of ranges: each open point of its text is a setting (algorithms.md table 0.2).
 struct PaperRangeSettings {
@@ -81,7 +82,7 @@ struct PaperRangeSettings {
   int smoother_samples_min = 5;
   PaperRangeTime range_time = PaperRangeTime::kMeasured;
   PaperFactor factor = PaperFactor::kDegenerate;
-  PaperShare share = PaperShare::kKeyframes;
+  PaperFraction fraction = PaperFraction::kKeyframes;
   double lidar_sd_m = 0.05;
   double lidar_sd_deg = 0.5;
   double level_sd_deg = 0.1;
@@ -115,7 +116,7 @@ struct PaperRangeSettings {
     v("smoother_samples_min", smoother_samples_min, 1, 1000, "a fit to fewer ranges is not used");
     v.choice("range_time", range_time, kPaperRangeTimeNames, "where the vehicle was at a range");
     v.choice("factor", factor, kPaperFactorNames, "which ranges are factors of the local graph");
-    v.choice("corrected", share, kPaperShareNames, "keyframes that are corrected together");
+    v.choice("corrected", fraction, kPaperFractionNames, "keyframes that are corrected together");
     v("lidar_sd_m", lidar_sd_m, 1e-4, 10.0, "sd between two keyframes of the local graph");
     v("lidar_sd_deg", lidar_sd_deg, 1e-3, 90.0, "and of the rotation between them");
     v("level_sd_deg", level_sd_deg, 1e-3, 90.0, "sd of roll and pitch, which gravity holds");
@@ -130,7 +131,7 @@ struct PaperRangeSettings {
     out.range_point = PaperRangePoint::kBody;
     out.range_2d = PaperRange2d::kFlat;
     out.range_time = PaperRangeTime::kKeyframe;
-    out.share = PaperShare::kNone;
+    out.fraction = PaperFraction::kNone;
     out.factor = PaperFactor::kAlways;
     out.max_s_m = std::numeric_limits<double>::infinity();
     out.max_sensitivity = std::numeric_limits<double>::infinity();

@@ -10,11 +10,11 @@ namespace {
 
 /// Sd of normal errors by their median absolute deviation.
 constexpr double kSdPerMad = 1.4826;
-/// More samples than any radio delivers in a window: what comes earlier is given up.
-constexpr std::size_t kMostSamples = 4096;
+/// More samples than any radio delivers in a window: earlier ones are dropped.
+constexpr std::size_t kMaxSamples = 4096;
 
-/// Smaller pivots of the normal equations mean that the times do not tell the orders apart.
-constexpr double kLeastPivot = 1e-9;
+/// Smaller pivots of the normal equations mean that the times do not determine this order.
+constexpr double kMinPivot = 1e-9;
 
 /// Polynomial in t - origin.
 struct Fit {
@@ -56,7 +56,7 @@ Fit fit(const Samples& samples, Time origin, int order, double scale_s) {
   for (; order > 0; --order) {
     const int n = order + 1;
     const Eigen::LDLT<Eigen::MatrixXd> ldlt(A.topLeftCorner(n, n));
-    if (ldlt.vectorD().minCoeff() < kLeastPivot) continue;  // too few different times
+    if (ldlt.vectorD().minCoeff() < kMinPivot) continue;  // too few different times
     out.coefficients.head(n) = ldlt.solve(b.head(n));
     out.variance = ldlt.solve(Eigen::VectorXd::Unit(n, 0))(0);
     out.coefficients.y() /= scale_s;
@@ -98,7 +98,7 @@ void PaperRangeSmoother::make_room(Time t) {
   const Time oldest = t - Duration::from_s(settings_.smoother_s);
   auto keep = std::find_if(samples_.begin(), samples_.end(),
                            [&](const Sample& s) { return s.t >= oldest; });
-  if (keep == samples_.begin() && samples_.size() >= kMostSamples) ++keep;
+  if (keep == samples_.begin() && samples_.size() >= kMaxSamples) ++keep;
   samples_.erase(samples_.begin(), keep);
 }
 
@@ -119,12 +119,12 @@ std::vector<PaperRangeSmoother::Sample> PaperRangeSmoother::without_outliers() c
       std::max(kSdPerMad * median(std::move(deviations)), settings_.smoother_outlier_min_m);
   std::vector<Sample> kept;
   for (std::size_t i = 0; i < samples_.size(); ++i) {
-    // From the median of the residuals: the gross error itself pulled the line away from the
-    // others.
+    // Deviation from the median of the residuals: the gross error itself pulled the line away from
+    // the others.
     if (std::abs(residuals[i] - middle) <= settings_.smoother_outlier_sds * sd_m)
       kept.push_back(samples_[i]);
   }
-  // A fit that nearly nothing lies on says nothing about outliers.
+  // A fit with few samples near it does not identify outliers.
   return 2 * kept.size() >= samples_.size() ? kept : samples_;
 }
 

@@ -6,18 +6,18 @@ namespace rali::ranging {
 
 bool fits_path(ExcessWatch& watch, Time t, double nu_m, double sigma_m, double path_sigma_m,
                const GateSettings& settings) {
-  // A solved path turns by little of what it is doubted.
-  constexpr double kTurnShare = 0.25;
+  // The error of a solved path changes by only a fraction of its sigma.
+  constexpr double kTurnFraction = 0.25;
   const ExcessVerdict verdict =
-      watch.look(t, nu_m, sigma_m, path_sigma_m, kTurnShare * path_sigma_m);
+      watch.look(t, nu_m, sigma_m, path_sigma_m, kTurnFraction * path_sigma_m);
   if (verdict == ExcessVerdict::kExcess || verdict == ExcessVerdict::kWaiting) return false;
   const double S_m2 = sigma_m * sigma_m + path_sigma_m * path_sigma_m;
   return gate(nu_m, S_m2, sigma_m, true, settings).inside;
 }
 
 double bias_sigma_m(const BiasSettings& settings, bool calibrated) {
-  constexpr double kCalibratedShare = 0.2;
-  return (calibrated ? kCalibratedShare : 1.0) * settings.sigma_m;
+  constexpr double kCalibratedFraction = 0.2;
+  return (calibrated ? kCalibratedFraction : 1.0) * settings.sigma_m;
 }
 
 }  // namespace rali::ranging

@@ -5,16 +5,15 @@
 
 namespace rali::ranging {
 
-/// Whether a range belongs to a path that was solved with all ranges: what did not fit a wrong path
-/// may fit the right one, and the other way round. Ranges of one pair in the order of time.
-/// @param watch of the pair, begun with this look
+/// Whether a range is an inlier of a path that was solved with all ranges: an outlier of a wrong
+/// path may be an inlier of the right one, and vice versa. Ranges of one pair in the order of time.
+/// @param watch of the pair, new for each pass over the ranges
 /// @param nu_m measured less predicted  @param sigma_m of the range
-/// @param path_sigma_m doubt about the path
+/// @param path_sigma_m sigma of the path
 [[nodiscard]] bool fits_path(ExcessWatch& watch, Time t, double nu_m, double sigma_m,
                              double path_sigma_m, const GateSettings& settings);
 
-/// Sigma of a pair's bias beforehand. One that somebody calibrated still wanders by some of what it
-/// was.
+/// Prior sigma of a pair's bias. A calibrated bias still drifts by a fraction of its prior sigma.
 [[nodiscard]] double bias_sigma_m(const BiasSettings& settings, bool calibrated);
 
 }  // namespace rali::ranging

@@ -85,7 +85,7 @@ Correction choose_root(Correction out, const Geometry& g, double root, const Cor
   return accept(out, s, g.e, settings);
 }
 
-std::vector<double> share(std::span<const double> increments, double total_shift, double R) {
+std::vector<double> fraction(std::span<const double> increments, double total_shift, double R) {
   double all = R;
   for (const double c : increments) all += c;
   std::vector<double> out(increments.size(), 0.0);
@@ -100,11 +100,11 @@ std::vector<double> share(std::span<const double> increments, double total_shift
 
 }  // namespace
 
-std::optional<Vec3> horizontal_direction(const Vec3& e3, double least) {
+std::optional<Vec3> horizontal_direction(const Vec3& e3, double minimum) {
   const double all = e3.norm();
   const Vec3 flat(e3.x(), e3.y(), 0.0);
   const double norm = flat.norm();
-  if (!std::isfinite(all) || !(norm > 0.0) || norm < least * all) return std::nullopt;
+  if (!std::isfinite(all) || !(norm > 0.0) || norm < minimum * all) return std::nullopt;
   return Vec3(flat / norm);
 }
 
@@ -135,12 +135,12 @@ Correction correct_on_circle(const CorrectionInput& input, const PaperRangeSetti
 }
 
 std::vector<double> share_shift(std::span<const double> variance_increments_m2, double shift_m) {
-  return share(variance_increments_m2, shift_m, 0.0);
+  return fraction(variance_increments_m2, shift_m, 0.0);
 }
 
 std::vector<double> share_residual(std::span<const double> variance_increments_m2, double nu_m,
                                    double R_m2) {
-  return share(variance_increments_m2, nu_m, R_m2);
+  return fraction(variance_increments_m2, nu_m, R_m2);
 }
 
 }  // namespace rali::ranging

@@ -10,23 +10,23 @@
 
 namespace rali::ranging {
 
-/// What the paper's correction needs to know. All in one frame with z up.
+/// Input of the paper's correction. All in one frame with z up.
 struct CorrectionInput {
-  geometry::Vec3 p_m = geometry::Vec3::Zero();       ///< of the antenna, or of the body as printed
-  geometry::Vec3 anchor_m = geometry::Vec3::Zero();  ///< the same point of the vehicle that stands
+  geometry::Vec3 p_m = geometry::Vec3::Zero();  ///< of the antenna, or of the body as in the paper
+  geometry::Vec3 anchor_m = geometry::Vec3::Zero();  ///< the same point of the peer
   double range_m = 0.0;                              ///< smoothed
-  geometry::Vec3 e3 = geometry::Vec3::UnitX();       ///< blind direction; its sign is of no matter
-  bool degenerate = false;                           ///< is anything blind at all
-  std::optional<double> imu_s_m;  ///< where on the line the prediction is, for root nearest_imu
+  geometry::Vec3 e3 = geometry::Vec3::UnitX();  ///< degenerate direction; its sign does not matter
+  bool degenerate = false;                      ///< whether any direction is degenerate
+  std::optional<double> imu_s_m;  ///< position of the prediction on the line, for root nearest_imu
 };
 
 enum class CorrectionOutcome {
   kCorrected,
   kNotNeeded,         ///< not degenerate, or the range fits within gap_m
-  kAmbiguous,         ///< two solutions alike: the anchor is abeam
+  kAmbiguous,         ///< two solutions of similar length: the anchor is abeam
   kInconsistent,      ///< the circle does not reach the line
   kTooSensitive,      ///< an error of the range would grow too much
-  kDirectionUnknown,  ///< the blind direction is not horizontal enough
+  kDirectionUnknown,  ///< the degenerate direction is not horizontal enough
   kTooFar             ///< the correction is longer than allowed
 };
 inline constexpr ChoiceNames<7> kCorrectionOutcomeNames{
@@ -42,20 +42,20 @@ struct Correction {
   bool closest = false;  ///< the circle only touches the line or misses it: log this
 };
 
-/// e3 projected on the horizontal plane and normalised; nothing if less than `least` is left.
+/// e3 projected on the horizontal plane and normalised; nothing if less than `minimum` is left.
 [[nodiscard]] std::optional<geometry::Vec3> horizontal_direction(const geometry::Vec3& e3,
-                                                                 double least);
+                                                                 double minimum);
 
-/// The paper's correction, exactly (algorithms 5.2, T9): moves the position along the blind
+/// The paper's correction, exactly (algorithms 5.2, T9): moves the position along the degenerate
 /// direction onto the circle of the range. Rotation, velocity and covariance stay as they are.
-/// Where the circle only touches or misses the line (`closest`) the sensitivity is infinite and not
-/// asked for: the nearest point of the line is where the range puts it.
+/// Where the circle only touches or misses the line (`closest`), the sensitivity is infinite and
+/// not checked: the position moves to the point of the line nearest to the anchor.
 [[nodiscard]] Correction correct_on_circle(const CorrectionInput& input,
                                            const PaperRangeSettings& settings);
 
-/// How a shift at the end of a chain of keyframes is shared among them: C_i / C_k of it, C the sum
-/// of `variance_increments_m2` of odometry along the shift, up to and with i (algorithms 5.5, T10).
-/// All zero where odometry was sure everywhere: nothing has room to move.
+/// Distributes a shift at the end of a chain of keyframes among them: C_i / C_k of it, C the sum of
+/// `variance_increments_m2` of odometry along the shift, up to and with i (algorithms 5.5, T10).
+/// All zero if all increments are zero.
 [[nodiscard]] std::vector<double> share_shift(std::span<const double> variance_increments_m2,
                                               double shift_m);
 

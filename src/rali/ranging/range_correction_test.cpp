@@ -9,7 +9,7 @@ namespace {
 
 using geometry::Vec3;
 
-/// Anchor in the origin, blind along x.
+/// Anchor at the origin, degenerate along x.
 CorrectionInput at(double x, double y, double u, double dz = 0.0) {
   CorrectionInput in;
   in.p_m = Vec3(x, y, dz);
@@ -92,13 +92,13 @@ TEST(RangeCorrection, an_anchor_abeam_leaves_two_solutions_alike) {
   PaperRangeSettings s = bare();
   s.root = PaperRoot::kNearestImu;
   CorrectionInput in = at(0.0, 10.0, 10.1);
-  in.imu_s_m = -1.0;  // the prediction can tell them apart
+  in.imu_s_m = -1.0;  // the prediction decides between them
   EXPECT_NEAR(correct_on_circle(in, s).s_m, -std::sqrt(2.01), 1e-6);
 }
 
 TEST(RangeCorrection, a_circle_that_touches_the_line_has_one_solution) {
   PaperRangeSettings s = bare();
-  s.max_sensitivity = 4.0;  // infinite there, and not asked for
+  s.max_sensitivity = 4.0;  // infinite there, and not checked
   const Correction out = correct_on_circle(at(0.5, 3.0, 3.0), s);
   EXPECT_EQ(out.outcome, CorrectionOutcome::kCorrected);
   EXPECT_EQ(out.s_m, -0.5);
@@ -183,7 +183,7 @@ TEST(RangeCorrection, an_anchor_at_the_same_place_is_ambiguous_and_no_division_b
   EXPECT_EQ(correct_on_circle(at(0.0, 0.0, 2.0), {}).outcome, CorrectionOutcome::kAmbiguous);
 }
 
-void expect_shares(const std::vector<double>& got, std::initializer_list<double> expected) {
+void expect_fractions(const std::vector<double>& got, std::initializer_list<double> expected) {
   ASSERT_EQ(got.size(), expected.size());
   std::size_t i = 0;
   for (const double e : expected) EXPECT_NEAR(got[i++], e, 1e-6);
@@ -192,14 +192,14 @@ void expect_shares(const std::vector<double>& got, std::initializer_list<double>
 // Test T10 of the design.
 TEST(RangeCorrection, a_shift_is_shared_by_the_variance_it_arose_in) {
   const std::vector<double> increments{0.01, 0.01, 0.04, 0.01, 0.03};
-  expect_shares(share_shift(increments, 0.5), {0.05, 0.10, 0.30, 0.35, 0.50});
-  expect_shares(share_residual(increments, 0.5, 0.01),
-                {0.045455, 0.090909, 0.272727, 0.318182, 0.454545});
+  expect_fractions(share_shift(increments, 0.5), {0.05, 0.10, 0.30, 0.35, 0.50});
+  expect_fractions(share_residual(increments, 0.5, 0.01),
+                   {0.045455, 0.090909, 0.272727, 0.318182, 0.454545});
 }
 
 TEST(RangeCorrection, where_odometry_was_sure_nothing_moves) {
-  expect_shares(share_shift(std::vector<double>{0.0, 0.01, 0.0}, 0.5), {0.0, 0.5, 0.5});
-  expect_shares(share_shift(std::vector<double>{0.0, 0.0}, 0.5), {0.0, 0.0});
+  expect_fractions(share_shift(std::vector<double>{0.0, 0.01, 0.0}, 0.5), {0.0, 0.5, 0.5});
+  expect_fractions(share_shift(std::vector<double>{0.0, 0.0}, 0.5), {0.0, 0.0});
   EXPECT_TRUE(share_shift({}, 0.5).empty());
 }
 

@@ -15,7 +15,7 @@ double one_sided_weight(double d, const GateSettings& settings) {
 GateDecision gate(double nu_m, double S_m2, double sigma_m, bool clear,
                   const GateSettings& settings) {
   GateDecision out;
-  // Written so that what is not a number stays outside.
+  // Written so that NaN stays outside.
   if (!(S_m2 > 0.0 && std::isfinite(S_m2) && std::isfinite(nu_m) && sigma_m > 0.0)) return out;
   out.d = nu_m / std::sqrt(S_m2);
   out.inside = out.d * out.d <= settings.chi2;

@@ -6,8 +6,8 @@
 namespace rali::ranging {
 namespace {
 
-/// Why a range is not used: signal and map know a cause, the gate only sees that it does not fit,
-/// and one that fits a link that is not believed contradicts its neighbours.
+/// Why a range is not used: an obstacle by signal or map, else the gate. One that passes the gate
+/// of a suspect link contradicts its neighbours.
 RangeReason reason_of(bool inside, bool clear) {
   if (!clear) return RangeReason::kNlos;
   return inside ? RangeReason::kOutlier : RangeReason::kBlockedByGate;
@@ -53,7 +53,7 @@ LinkDecision RangeLink::decide(const LinkSample& sample) {
 
 void RangeLink::remember(const LinkSample& sample, bool inside) {
   if (state(sample.t) == LinkState::kLost) {
-    // What was long ago says nothing about the next range.
+    // Old ranges do not predict the next one.
     window_.clear();
     inside_in_row_ = 0;
   }
@@ -67,7 +67,7 @@ void RangeLink::enter(LinkState state) {
   state_ = state;
   inside_in_row_ = 0;
   if (state != LinkState::kGood) return;
-  // The rejections that ended are not to be held against the link again.
+  // Rejections before that must not count against the link again.
   window_.clear();
   widened_ = 0;
   alarmed_ = false;
@@ -77,11 +77,11 @@ bool RangeLink::mostly_rejected() const {
   if (window_.size() < static_cast<std::size_t>(settings_.window)) return false;
   const auto rejected =
       std::count_if(window_.begin(), window_.end(), [](const Seen& seen) { return !seen.inside; });
-  return static_cast<double>(rejected) > settings_.suspect_share * settings_.window;
+  return static_cast<double>(rejected) > settings_.suspect_fraction * settings_.window;
 }
 
-/// Ranges that are all too short mean that the pose is wrong: nothing makes them shorter. Too long
-/// they may be by an obstacle, and only time tells.
+/// Ranges that are all too short mean that the pose is wrong: no obstacle shortens a range. Ranges
+/// that are too long may come from an obstacle, unless they last.
 bool RangeLink::miss_by_one_offset(Time now) const {
   if (!mostly_rejected()) return false;
   const double n = static_cast<double>(window_.size());
@@ -101,7 +101,7 @@ bool RangeLink::miss_by_one_offset(Time now) const {
 LinkAdvice RangeLink::advise() {
   // Each attempt gets a full window of its own to show whether it helped.
   window_.clear();
-  if (widened_ < settings_.widen_most) {
+  if (widened_ < settings_.widen_max) {
     ++widened_;
     return LinkAdvice::kWeAreWrong;
   }

@@ -10,28 +10,28 @@
 
 namespace rali::ranging {
 
-/// How far the link of one pair is believed.
+/// State of the link of one pair.
 enum class LinkState {
   kGood,
-  kSuspect,  ///< most of its ranges did not fit lately: none is used
+  kSuspect,  ///< most recent ranges did not pass the gate: none is used
   kLost      ///< silent
 };
 inline constexpr ChoiceNames<3> kLinkStateNames{"good", "suspect", "lost"};
 
-/// What the link asks of its owner besides using a range or not.
+/// Advice to the caller besides the use of a range.
 enum class LinkAdvice {
   kNone,
   kWeAreWrong,  ///< the ranges agree with each other: multiply the pose's covariance
-  kAlarm        ///< that was done as often as allowed and did not help: tell the user
+  kAlarm        ///< that was done as often as allowed and did not help: notify the user
 };
 
-/// One range as the estimator sees it.
+/// One range as input of the gate.
 struct LinkSample {
   Time t;
   double nu_m = 0.0;     ///< measured less predicted, bias included
   double S_m2 = 0.0;     ///< its variance as predicted, sigma^2 included
   double sigma_m = 0.0;  ///< of the range, as raised by signal and map
-  bool clear = true;     ///< neither signal nor map say that the way is blocked
+  bool clear = true;     ///< neither signal nor map indicate an obstacle
 };
 
 struct LinkDecision {
@@ -43,13 +43,13 @@ struct LinkDecision {
   double widen_factor = 1.0;  ///< on the covariance, if kWeAreWrong
 };
 
-/// Steps 4 to 6 of algorithms 4.3 for one pair: the gate and what it makes of the link.
+/// Steps 4 to 6 of algorithms 4.3 for one pair: the gate, and the state of the link by its results.
 ///
-/// GOOD to SUSPECT: more than half of the last 20 ranges did not fit. SUSPECT to GOOD: 10 in a row
-/// fit. In SUSPECT, 20 ranges that miss by one and the same offset while nothing says "blocked"
-/// mean that the pose is wrong and not the link: kWeAreWrong, at most 3 times, then kAlarm once.
-/// Ranges that are too long mean that only after `longer_s`, when no obstacle would last.
-/// A silent link is LOST; when it speaks again it is what it was, but its window starts anew.
+/// GOOD to SUSPECT: more than half of the last 20 ranges failed the gate. SUSPECT to GOOD: 10 in a
+/// row passed it. In SUSPECT, 20 ranges with one common offset and no sign of an obstacle mean that
+/// the pose is wrong and not the link: kWeAreWrong, at most 3 times, then kAlarm once. For ranges
+/// that are too long this holds only after `longer_s`, since no obstacle lasts that long. A silent
+/// link is LOST. With its next range it returns to its earlier state, but its window starts anew.
 class RangeLink {
  public:
   RangeLink(const GateSettings& gate, const LinkSettings& settings);

@@ -48,7 +48,7 @@ TEST(RangeLink, says_why_a_range_is_not_used) {
   EXPECT_EQ(fed.next(0.5, false).reason, RangeReason::kNlos);
   EXPECT_FALSE(fed.next(0.5).use);
   fed.times(20, 0.5, false);
-  EXPECT_EQ(fed.next(0.0).reason, RangeReason::kOutlier);  // fits, but the link is not believed
+  EXPECT_EQ(fed.next(0.0).reason, RangeReason::kOutlier);  // fits, but the link is suspect
 }
 
 TEST(RangeLink, is_suspect_once_more_than_half_of_twenty_do_not_fit) {
@@ -71,7 +71,7 @@ TEST(RangeLink, is_good_again_after_ten_in_a_row_that_fit) {
   const LinkDecision out = fed.next(0.0);
   EXPECT_EQ(out.state, LinkState::kGood);
   EXPECT_TRUE(out.use);
-  // What was rejected before is forgotten: one more does not throw it back.
+  // Earlier rejections are dropped: one more does not make it suspect again.
   EXPECT_EQ(fed.next(1.0, false).state, LinkState::kGood);
 }
 
@@ -172,7 +172,7 @@ TEST(RangeLink, ranges_that_are_too_long_mean_a_wrong_pose_only_after_eight_seco
   int calls = 1;
   while (fed.next(1.0).advice == LinkAdvice::kNone && calls < 400) ++calls;
   EXPECT_NEAR(calls, 180, 1);
-  // Nothing makes a range shorter: that is the pose at once.
+  // No obstacle shortens a range: short ones mean a wrong pose at once.
   Fed shorter;
   calls = 1;
   while (shorter.next(-1.0).advice == LinkAdvice::kNone && calls < 400) ++calls;
@@ -188,7 +188,7 @@ TEST(RangeLink, an_obstacle_of_five_seconds_widens_nothing) {
     EXPECT_FALSE(out.use) << k;
   }
   EXPECT_TRUE(fed.times(10, 0.0).use);
-  // The next one has its eight seconds of its own.
+  // The next obstacle has eight seconds of its own.
   for (int k = 0; k < 100; ++k) EXPECT_EQ(fed.next(0.8).advice, LinkAdvice::kNone) << k;
 }
 

@@ -14,13 +14,13 @@ RangePrediction::Row3 turn_effect(const RangeEnd& end, const Vec3& e) {
   return end.p_body_antenna_m.cross(end.T_odom_body.R.transpose() * e).transpose();
 }
 
-/// All of the prediction but the effect of turning the far end.
+/// All of the prediction but the derivative by the rotation of the far end.
 std::optional<RangePrediction> predict_to(const RangeEnd& j, const Vec3& antenna_k,
                                           const Vec3& v_antenna_k, double near_m) {
   const Vec3 h = j.antenna_odom_m() - antenna_k;
   RangePrediction out;
   out.rho_m = h.norm();
-  // Written so that what is not a number is refused as well.
+  // Written so that NaN is refused as well.
   if (!(out.rho_m >= near_m && out.rho_m > 0.0) || !std::isfinite(out.rho_m)) return std::nullopt;
   out.e = h / out.rho_m;
   out.d_theta_j = turn_effect(j, out.e);

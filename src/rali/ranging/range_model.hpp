@@ -19,15 +19,15 @@ struct RangeEnd {
 
   [[nodiscard]] geometry::Vec3 antenna_odom_m() const { return T_odom_body * p_body_antenna_m; }
 
-  /// Speed of the antenna: that of the body and what turning adds at the lever arm.
+  /// Velocity of the antenna: that of the body and that of its rotation at the lever arm.
   [[nodiscard]] geometry::Vec3 antenna_v_odom_mps() const {
     return v_odom_mps + T_odom_body.R * w_body_radps.cross(p_body_antenna_m);
   }
 };
 
-/// What a range between two ends should be, and how it moves with them. Derivatives of rho by the
-/// right perturbation R <- R Exp(theta), p <- p + d (d in odom), as geometry::boxplus has it. The
-/// derivative by a bias added to rho is 1, by a time offset added to the stamp rate_mps.
+/// Predicted range between two ends, and its derivatives by the right perturbation
+/// R <- R Exp(theta), p <- p + d (d in odom), as in geometry::boxplus. The derivative by a bias
+/// added to rho is 1, by a time offset added to the stamp rate_mps.
 struct RangePrediction {
   using Row3 = Eigen::RowVector3d;
 
@@ -46,13 +46,13 @@ struct RangePrediction {
 [[nodiscard]] std::optional<RangePrediction> predict(const RangeEnd& j, const RangeEnd& k,
                                                      double near_m);
 
-/// The same to an antenna that stands at a place in odom: a landmark, or a vehicle that stands
-/// while its own pose is not estimated. d_p_k is the derivative by that place, d_theta_k is zero.
+/// The same to a fixed antenna position in odom: a landmark, or a vehicle at standstill whose own
+/// pose is not estimated. d_p_k is the derivative by that position, d_theta_k is zero.
 [[nodiscard]] std::optional<RangePrediction> predict(const RangeEnd& j,
                                                      const geometry::Vec3& p_odom_antenna_k_m,
                                                      double near_m);
 
-/// Sigma of one range in line of sight: what the sample says of itself, if it does, but not below
+/// Sigma of one range in line of sight: that of the sample, if it has one, but not below
 /// `sigma_min_m`, else sqrt(sigma^2 + (sigma_per_m rho)^2) (algorithms 4.1).
 [[nodiscard]] double sigma_of(double range_m, const RangeLimits& limits, double sample_sigma_m);
 

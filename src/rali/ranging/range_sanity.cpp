@@ -11,7 +11,7 @@ std::optional<RangeReason> RangeSanity::check(Time t, double range_m, double sig
                                               double rate_mps) {
   if (!(range_m >= limits_.near_m && range_m <= limits_.far_m)) return RangeReason::kOutOfLimits;
   const Point now{t, range_m};
-  // Both look at every range, whatever the other says.
+  // Both checks need every range, whatever the other one returns.
   const bool frozen = is_frozen(now, rate_mps);
   const bool jump = is_jump(now, sigma_m);
   if (frozen || jump) return RangeReason::kOutlier;
@@ -21,9 +21,9 @@ std::optional<RangeReason> RangeSanity::check(Time t, double range_m, double sig
 bool RangeSanity::agrees(const Point& a, const Point& b, double sigma_m) const {
   // Late ranges arrive out of order: the change has no direction in time.
   const double dt_s = std::abs(seconds_between(a.t, b.t));
-  const double most_m =
+  const double max_m =
       (limits_.speed_max_mps + settings_.speed_margin_mps) * dt_s + settings_.jump_sigmas * sigma_m;
-  return std::abs(b.range_m - a.range_m) <= most_m;
+  return std::abs(b.range_m - a.range_m) <= max_m;
 }
 
 bool RangeSanity::is_jump(const Point& now, double sigma_m) {

@@ -8,19 +8,19 @@
 
 namespace rali::ranging {
 
-/// Looks at the ranges of one pair of antennas alone, without any pose: limits, impossible changes,
-/// a radio that repeats one value (algorithms 4.3, step 1).
+/// Checks the ranges of one pair of antennas without any pose: limits, impossible changes, a radio
+/// that repeats one value (algorithms 4.3, step 1).
 class RangeSanity {
  public:
   RangeSanity(const RangeLimits& limits, const SanitySettings& settings);
 
-  /// Why this range cannot be one, or nothing. Ranges of the pair in order of arrival.
-  /// `sigma_m`: of the range. `rate_mps`: how fast it should change; NaN if that is not known, then
-  /// equal values are never called frozen.
+  /// @return why the range is rejected, or nothing. Takes the ranges of the pair in order of
+  /// arrival. `sigma_m`: of the range. `rate_mps`: its predicted rate; NaN if that is not known,
+  /// then equal values are never classified as frozen.
   ///
-  /// A change is measured against the last range that was sane. Ranges that contradict it but agree
-  /// with each other, `resync_count` of them in a row, take its place: else one wrong reference
-  /// would reject for ever.
+  /// A change is taken from the last sane range. `resync_count` ranges in a row that contradict it
+  /// but agree with each other replace it. Otherwise one wrong reference would reject all later
+  /// ranges.
   [[nodiscard]] std::optional<RangeReason> check(Time t, double range_m, double sigma_m,
                                                  double rate_mps);
 
@@ -36,10 +36,10 @@ class RangeSanity {
 
   RangeLimits limits_;
   SanitySettings settings_;
-  std::optional<Point> sane_;      ///< the last one believed
+  std::optional<Point> sane_;      ///< the last one accepted
   std::optional<Point> rejected_;  ///< the last of those that contradict it
   int rejected_count_ = 0;         ///< that agree with each other
-  std::optional<Point> repeated_;  ///< the last range, and how it was repeated
+  std::optional<Point> repeated_;  ///< the last range, to count its repeats
   int repeats_ = 0;
   double should_have_moved_m_ = 0.0;
 };

@@ -6,11 +6,11 @@
 namespace rali::ranging {
 namespace {
 
-/// Some noise of every range is its own: without any, the second range at one instant would have
-/// no information at all and the quotients below no value.
-constexpr double kMostSlowShare = 0.95;
-/// Keeps the variance of a range that says nothing new finite.
-constexpr double kMostInflation = 1e9;
+/// Part of the noise is independent for every range: without it, the second range at one instant
+/// would have no information at all and the quotients below no value.
+constexpr double kMaxSlowFraction = 0.95;
+/// Keeps the variance of a range without new information finite.
+constexpr double kMaxInflation = 1e9;
 
 }  // namespace
 
@@ -18,9 +18,9 @@ RangeThinning::RangeThinning(const SlowErrorSettings& settings) : settings_(sett
 
 double RangeThinning::inflation(Time t, double sigma_m, bool at_rest) {
   const double all_m2 = sigma_m * sigma_m;
-  if (!(all_m2 > 0.0) || !std::isfinite(all_m2)) return kMostInflation;
+  if (!(all_m2 > 0.0) || !std::isfinite(all_m2)) return kMaxInflation;
   const double slow_m2 =
-      std::min(settings_.slow_sigma_m * settings_.slow_sigma_m, kMostSlowShare * all_m2);
+      std::min(settings_.slow_sigma_m * settings_.slow_sigma_m, kMaxSlowFraction * all_m2);
   double a = 0.0;
   if (last_) {
     // A late range is as near to the last one as an early one.
@@ -34,7 +34,7 @@ double RangeThinning::inflation(Time t, double sigma_m, bool at_rest) {
   const double c = 1.0 - a * follows_;
   follows_ = a * follows_ + gain * c;
   slow_variance_m2_ = (1.0 - gain) * predicted_m2;
-  if (c * c * kMostInflation * all_m2 <= S_m2) return kMostInflation;
+  if (c * c * kMaxInflation * all_m2 <= S_m2) return kMaxInflation;
   return std::max(1.0, S_m2 / (c * c * all_m2));
 }
 

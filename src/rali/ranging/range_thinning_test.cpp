@@ -13,7 +13,7 @@ constexpr double kWhite = 0.03;
 constexpr double kSlow = 0.04;
 constexpr double kTau = 3.0;
 constexpr double kPeriod = 0.05;
-const double kSigma = std::hypot(kWhite, kSlow);  // 5 cm, slow share 0.64
+const double kSigma = std::hypot(kWhite, kSlow);  // 5 cm, slow fraction 0.64
 
 /// The numbers below are worked for these, whatever the defaults are.
 SlowErrorSettings worked() {
@@ -69,7 +69,7 @@ TEST(RangeThinning, at_a_steady_rate_tends_to_the_inflation_of_its_derivation) {
   RangeThinning thinning{worked()};
   double inflation = 0.0;
   for (int n = 0; n < 2000; ++n) inflation = thinning.inflation(at(kPeriod * n), kSigma, false);
-  // 1 + 2 tau f q / (r + q) = 1 + 120 x 0.64; exact (1 - share) + share (1 + a) / (1 - a)
+  // 1 + 2 tau f q / (r + q) = 1 + 120 x 0.64; exact (1 - fraction) + fraction (1 + a) / (1 - a)
   EXPECT_NEAR(inflation, 1.0 + 2.0 * kTau / kPeriod * 0.64, 1.0);
   const double a = std::exp(-kPeriod / kTau);
   EXPECT_NEAR(inflation, 0.36 + 0.64 * (1.0 + a) / (1.0 - a), 1e-6);
@@ -107,7 +107,7 @@ TEST(RangeThinning, stays_finite_for_repeats_and_for_sigmas_that_make_no_sense) 
   }
 }
 
-/// A white and a wandering error.
+/// A white and a slow error.
 struct RangeError {
   Rng rng;
   double slow_m;

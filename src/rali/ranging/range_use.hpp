@@ -7,25 +7,25 @@
 
 namespace rali::ranging {
 
-/// What became of one range, and why. Names as in ranges.csv.
+/// Outcome of one range, and its reason. Names as in ranges.csv.
 enum class RangeReason {
   kUsed,
-  kNlos,           ///< the way is blocked, by signal or by the map
+  kNlos,           ///< line of sight blocked, by signal or by the map
   kOutlier,        ///< contradicts its neighbours in time
   kOutOfLimits,    ///< shorter or longer than the limits, or not a number
-  kNoPose,         ///< where one of the two ends is, is not known
+  kNoPose,         ///< the position of one of the two ends is not known
   kDuplicate,      ///< the other direction of an exchange already used, or a repeat
   kUnknownId,      ///< an end that is no vehicle of the fleet
   kLate,           ///< older than what the estimator still can use
   kBlockedByGate,  ///< does not fit the prediction within its covariance
-  kNotNeeded,      ///< preset paper: nothing was blind, it fitted well enough, or no keyframe came
-  kBadGeometry,    ///< preset paper: seen across the blind direction it does not say where to go
+  kNotNeeded,      ///< preset paper: not degenerate, it fitted well enough, or no keyframe came
+  kBadGeometry,  ///< preset paper: across the degenerate direction it does not determine the shift
 };
 inline constexpr ChoiceNames<11> kRangeReasonNames{
     "used",       "nlos", "outlier",         "out_of_limits", "no_pose",     "duplicate",
     "unknown_id", "late", "blocked_by_gate", "not_needed",    "bad_geometry"};
 
-/// One range and its fate: a row of ranges.csv. NaN where a number is not known.
+/// One range and its outcome: a row of ranges.csv. NaN where a number is not known.
 struct RangeUse {
   sensor::RangeSample sample;
   RangeReason reason = RangeReason::kNoPose;
@@ -33,7 +33,7 @@ struct RangeUse {
   double residual_m = std::numeric_limits<double>::quiet_NaN();   ///< measured less predicted
   double sigma_m = std::numeric_limits<double>::quiet_NaN();      ///< of the residual as predicted
   double bias_m = std::numeric_limits<double>::quiet_NaN();       ///< of the pair, as estimated
-  double p_los = std::numeric_limits<double>::quiet_NaN();  ///< that the line of sight is free
+  double p_los = std::numeric_limits<double>::quiet_NaN();        ///< probability of line of sight
 
   [[nodiscard]] bool used() const { return reason == RangeReason::kUsed; }
 };

@@ -18,7 +18,7 @@
 #include "rali/ranging/range_thinning.hpp"
 #include "rali/ranging/signal_quality.hpp"
 
-// The classes of this room on real ranges: shared/data/uwb_pairs.
+// The classes of this module on real ranges: shared/data/uwb_pairs.
 namespace rali::ranging {
 namespace {
 
@@ -103,7 +103,7 @@ std::vector<RecordedLink> trolley_links() {
   return links;
 }
 
-/// What became of the ranges of one link, used to track its distance with odometry that drifts.
+/// Outcome of the ranges of one link, used to track its distance with odometry that drifts.
 struct Tracked {
   int ranges = 0, insane = 0, rejected = 0, used = 0;
   double nees_sum = 0.0;
@@ -183,7 +183,7 @@ TEST(RecordedRanges, taken_as_independent_they_make_a_tracker_that_lies) {
 }
 
 // The gap between the powers is the same with and without an obstacle in these recordings: it must
-// raise the sigma of next to none of either, or good ranges would be lost for nothing.
+// raise the sigma of almost none of either, or good ranges would be lost for nothing.
 TEST(RecordedRanges, signal_strengths_do_not_condemn_good_ranges) {
   SKIP_WITHOUT_DATA();
   int count[2] = {0, 0};

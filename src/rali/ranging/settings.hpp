@@ -5,15 +5,15 @@
 
 namespace rali::ranging {
 
-/// How good a range is, and what cannot be one (algorithms 4.1, 4.3).
+/// Accuracy of a range, and limits of valid ones (algorithms 4.1, 4.3).
 struct RangeLimits {
   double near_m = 0.3;   ///< below: no direction, near field
   double far_m = 300.0;  ///< no such radio reaches farther
   double sigma_m = 0.10;
   double sigma_per_m = 0.001;
-  double sigma_min_m = 0.01;   ///< a recording that claims less is not believed
-  double bent_max_m = 1.0;     ///< with more left out by a linear prediction, a range says nothing
-  double speed_max_mps = 6.0;  ///< of the two ends against each other
+  double sigma_min_m = 0.01;   ///< a smaller sigma of a recording is raised to this
+  double bent_max_m = 1.0;     ///< a range with a larger second-order term is not used
+  double speed_max_mps = 6.0;  ///< of the two ends relative to each other
 
   template <class V>
   void visit(V& v) {
@@ -28,7 +28,7 @@ struct RangeLimits {
   }
 };
 
-/// What the two signal strengths of a range say about the way in between (algorithms 4.3, step 2).
+/// Line of sight by the two signal strengths of a range (algorithms 4.3, step 2).
 struct SignalSettings {
   double clear_db = 6.0;
   double blocked_db = 10.0;
@@ -67,7 +67,7 @@ struct SanitySettings {
   }
 };
 
-/// Which ranges fit the prediction, and how much they count (algorithms 4.3, steps 4 and 5).
+/// Gate of ranges against the prediction, and their weights (algorithms 4.3, steps 4 and 5).
 struct GateSettings {
   double chi2 = 10.83;  ///< 0.1 % of good ranges are above
   double longer_scale = 1.5;
@@ -87,32 +87,32 @@ struct GateSettings {
   }
 };
 
-/// When a link is not believed for a while (algorithms 4.3, step 6).
+/// When a link is not used for a while (algorithms 4.3, step 6).
 struct LinkSettings {
   int window = 20;
-  double suspect_share = 0.5;
+  double suspect_fraction = 0.5;
   int reacquire_count = 10;
   double offset_sigmas = 2.0;
   double longer_s = 8.0;
   double widen_factor = 4.0;
-  int widen_most = 3;
+  int widen_max = 3;
   double lost_s = 2.0;
 
   template <class V>
   void visit(V& v) {
     v("window", window, 2, 1000, "ranges that are classified together");
-    v("suspect_fraction", suspect_share, 0.0, 1.0,
+    v("suspect_fraction", suspect_fraction, 0.0, 1.0,
       "with more of them rejected the link is suspect");
     v("reacquire_count", reacquire_count, 1, 1000, "fitting ranges in a row that end that");
     v("offset_sigmas", offset_sigmas, 0.1, 100.0, "spread around one offset: the pose is wrong");
     v("longer_s", longer_s, 0.0, 3600.0, "but ranges that are too long only after so long");
     v("widen_factor", widen_factor, 1.0, 100.0, "on the covariance of a pose that is wrong");
-    v("widen_max", widen_most, 0, 100, "widenings before a warning");
+    v("widen_max", widen_max, 0, 100, "widenings before a warning");
     v("lost_s", lost_s, 0.1, 1000.0, "silence after which a link is lost");
   }
 };
 
-/// The part of the error of ranges that wanders slowly: multipath and the radio's own.
+/// The slow part of the error of ranges: multipath and the radio's own.
 struct SlowErrorSettings {
   double slow_sigma_m = 0.06;
   double slow_time_s = 4.0;
@@ -155,7 +155,7 @@ struct ArrivalClockSettings {
   }
 };
 
-/// How the place of an antenna that stands is found from ranges to it (anchor_finder.hpp).
+/// Estimation of the position of an antenna at standstill, from ranges to it (anchor_finder.hpp).
 struct FinderSettings {
   double spacing_m = 0.2;
   double spacing_s = 2.0;
@@ -181,7 +181,7 @@ struct FinderSettings {
   double walls_turn_rad = 0.64;
   double walls_own_m = 0.2;
   double walls_every_m = 0.5;
-  double tell_sigmas = 3.0;
+  double report_sigmas = 3.0;
   double roughly_m = 1.0;
   double rise_per_m = 0.02;
 
@@ -215,7 +215,7 @@ struct FinderSettings {
     v("walls_own_m", walls_own_m, 0.0, 5.0, "nearer than this is a part of the vehicle itself");
     v("walls_every_m", walls_every_m, 0.01, 10.0,
       "spacing of the five positions at which walls are measured");
-    v("report_sigmas", tell_sigmas, 0.5, 100.0,
+    v("report_sigmas", report_sigmas, 0.5, 100.0,
       "error in sigmas from which a vehicle's report is not used");
     v("roughly_m", roughly_m, 0.01, 100.0,
       "sigma of a landmark initialised from the peer's report, before its first range");
@@ -234,8 +234,8 @@ struct ExcessSettings {
   double step_sigmas = 4.0;
   int step_samples = 3;
   double longest_s = 6.0;
-  double end_share = 0.4;
-  double doubt_factor = 1.5;
+  double end_fraction = 0.4;
+  double uncertainty_factor = 1.5;
   double gap_s = 1.0;
 
   template <class V>
@@ -249,8 +249,8 @@ struct ExcessSettings {
     v("step_sigmas", step_sigmas, 1.0, 100.0, "sds of the noise that a step stands out");
     v("step_samples", step_samples, 1, 1000, "ranges in a row on one side that make a step");
     v("longest_s", longest_s, 0.1, 3600.0, "an excess that lasts longer is accepted as distance");
-    v("end_fraction", end_share, 0.0, 1.0, "of the step, that a step down must have to end it");
-    v("uncertainty_factor", doubt_factor, 0.1, 1000.0,
+    v("end_fraction", end_fraction, 0.0, 1.0, "of the step, that a step down must have to end it");
+    v("uncertainty_factor", uncertainty_factor, 0.1, 1000.0,
       "times the step: a larger pose sigma ends it");
     v("gap_s", gap_s, 0.0, 3600.0, "silence after which steps mean nothing");
   }
@@ -272,16 +272,16 @@ struct BiasSettings {
   }
 };
 
-/// Past an antenna whose place across a passage is not known (place_mixture.hpp).
+/// Passing an antenna of unknown lateral position in a passage (landmark_mixture.hpp).
 struct MixtureSettings {
   bool use = true;
-  double doubt_m = 0.4;
+  double uncertainty_m = 0.4;
   double known_m = 0.15;
   double slice_m = 0.4;
   double reach_sigmas = 3.0;
   int slices_max = 80;
   double weight_min = 1e-4;
-  double wild_share = 0.02;
+  double wild_fraction = 0.02;
   double wild_sigma_m = 2.0;
   double past_m = 6.0;
   double patience_s = 2.0;
@@ -289,13 +289,13 @@ struct MixtureSettings {
   template <class V>
   void visit(V& v) {
     v("use", use, "the lateral position of a peer in a passage is a mixture of slices");
-    v("uncertain_m", doubt_m, 0.05, 100.0, "lateral sigma from which the mixture starts");
+    v("uncertain_m", uncertainty_m, 0.05, 100.0, "lateral sigma from which the mixture starts");
     v("known_m", known_m, 0.01, 100.0, "sigma below which the slices are merged");
     v("slice_m", slice_m, 0.05, 10.0, "between slices");
     v("reach_sigmas", reach_sigmas, 1.0, 10.0, "how far they reach to both sides");
     v("slices_max", slices_max, 1, 1000, "wider ones if it were more");
     v("weight_min", weight_min, 0.0, 0.1, "over their number: lighter slices are dropped");
-    v("outlier_fraction", wild_share, 0.0, 1.0, "fraction of outliers among the ranges");
+    v("outlier_fraction", wild_fraction, 0.0, 1.0, "fraction of outliers among the ranges");
     v("outlier_sigma_m", wild_sigma_m, 0.1, 1000.0, "sigma of an outlier");
     v("past_m", past_m, 0.5, 1000.0, "farther than at the nearest, the other is passed");
     v("patience_s", patience_s, 0.0, 3600.0,
@@ -303,7 +303,7 @@ struct MixtureSettings {
   }
 };
 
-/// Whether the map stands between two antennas (algorithms 4.3, step 3).
+/// Whether the map has walls between two antennas (algorithms 4.3, step 3).
 struct SightSettings {
   bool use = true;
   int surfaces = 2;
@@ -323,7 +323,7 @@ struct SightSettings {
   }
 };
 
-/// Settings of room ranging.
+/// Settings of the ranging module.
 struct RangingSettings {
   bool use = true;  ///< false: ranges are read and reported, nothing more
   RangeLimits limits;
@@ -337,10 +337,10 @@ struct RangingSettings {
   MixtureSettings mixture;
   SightSettings sight;
   FinderSettings finder;
-  double place_lost_s = 8.0;    ///< without a range that fits, a place is sought anew
-  double place_stay_m = 0.1;    ///< who says it drives is still there, until it has gone so far
-  double place_silent_s = 1.0;  ///< silence that does not count towards it
-  double status_valid_s = 1.5;  ///< how long a peer stands that said so
+  double place_lost_s = 8.0;    ///< time without a fit until a landmark is initialised again
+  double place_stay_m = 0.1;    ///< reported motion below which a peer has not left
+  double place_silent_s = 1.0;  ///< time without ranges after which that time starts again
+  double status_valid_s = 1.5;  ///< how long a reported standstill is valid
   ExchangeSettings exchange;
   ArrivalClockSettings arrival;
   PaperRangeSettings paper;

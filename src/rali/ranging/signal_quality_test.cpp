@@ -39,7 +39,7 @@ TEST(SignalQuality, a_first_path_stronger_than_the_total_is_noise_of_a_clear_sig
   EXPECT_TRUE(with_gap(-0.5).clear());
 }
 
-TEST(SignalQuality, without_both_powers_nothing_is_said) {
+TEST(SignalQuality, without_both_powers_nothing_is_reported) {
   const double inf = std::numeric_limits<double>::infinity();
   for (const SignalQuality& q :
        {with_powers(0.0, 0.0), with_powers(-80.0, 0.0), with_powers(0.0, -95.0),

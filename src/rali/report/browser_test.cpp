@@ -25,7 +25,7 @@ std::optional<std::string> browser() {
   return std::nullopt;
 }
 
-/// What a browser makes of a page: the document after its scripts ran, and what they complained of.
+/// A browser's result for a page: the document after its scripts ran, and the console errors.
 struct Shown {
   std::string document, complaints;
 };
@@ -50,8 +50,8 @@ bool has(const std::string& text, std::string_view part) {
   if (!browser()) GTEST_SKIP() << "NO BROWSER: chromium is not there, no page was opened"; \
   if (assets::script().empty()) GTEST_SKIP() << "BUILT WITHOUT SCRIPTS (RALI_WEB)"
 
-/// Puts the pointer over the middle of the first plot of speed; the title of the page becomes what
-/// the legend shows and how many rings stand on the maps.
+/// Puts the pointer over the middle of the first plot of speed. The title of the page becomes the
+/// legend's text and the number of rings on the maps.
 constexpr std::string_view kPointer = R"(<script>
   const plot = [...document.querySelectorAll('.u-title')].find((e) => e.textContent === 'speed').parentElement;
   const over = plot.querySelector('.u-over');
@@ -76,7 +76,7 @@ TEST(Browser, shows_the_numbers_the_plots_and_the_map_in_3_d_without_an_error) {
   folder.write("report.html", folder.read("report.html") + std::string(kPointer));
   const Shown page = shown(folder, "report.html");
   EXPECT_TRUE(has(page.document, "data-scripts=\"done\"")) << "the scripts ran to their end";
-  // At 9.9 s x grows by 1.2 m/s and y = 0.3 sin x by 0.26 m/s.
+  // At 9.9 s x increases by 1.2 m/s and y = 0.3 sin x by 0.26 m/s.
   EXPECT_TRUE(has(page.document, "time9.90speed1.23 m/s")) << "values under the pointer";
   EXPECT_TRUE(has(page.document, "rings 2</title>")) << "on the map from above and from the side";
   EXPECT_FALSE(has(page.complaints, "Uncaught")) << page.complaints;

@@ -7,11 +7,11 @@
 namespace rali::report {
 namespace {
 
-/// No run is longer; what claims to be stands at the end. Keeps the cells' numbers small.
+/// No run is longer; larger times are clamped. Keeps the cell indices small.
 constexpr double kTime_s = 1e9, kResidual_m = 1e6;
 /// Residuals below this are drawn nearly linearly.
 constexpr double kLinear_m = 0.02;
-/// Coarser ones would join what lies apart in a drawing.
+/// Coarser cells would merge dots that are distinct in a drawing.
 constexpr double kCellResidualMax = 0.4;
 constexpr std::size_t kBinsMax = 2000;
 
@@ -55,7 +55,7 @@ std::vector<RangeDot> CellThinner::dots() const {
   return out;
 }
 
-void HeardBins::coarsen() {
+void ReceivedBins::coarsen() {
   bin_s_ *= 2.0;
   std::map<std::int64_t, std::pair<std::size_t, std::size_t>> fine;
   std::swap(fine, bins_);
@@ -66,18 +66,18 @@ void HeardBins::coarsen() {
   }
 }
 
-void HeardBins::add(double t_s, bool used) {
+void ReceivedBins::add(double t_s, bool used) {
   if (!std::isfinite(t_s)) return;
   auto& counts = bins_[floored(bounded(t_s, kTime_s) / bin_s_)];
   ++(used ? counts.first : counts.second);
   while (bins_.size() > kBinsMax) coarsen();
 }
 
-std::vector<Heard> HeardBins::spans() const {
-  std::vector<Heard> out;
+std::vector<Received> ReceivedBins::spans() const {
+  std::vector<Received> out;
   for (const auto& [bin, counts] : bins_) {
-    const double begin_s = static_cast<double>(bin) * bin_s_;
-    out.push_back({begin_s, begin_s + bin_s_, counts.first, counts.second});
+    const double start_s = static_cast<double>(bin) * bin_s_;
+    out.push_back({start_s, start_s + bin_s_, counts.first, counts.second});
   }
   return out;
 }

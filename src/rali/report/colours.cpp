@@ -25,19 +25,19 @@ constexpr std::array<Rgb, 16> kViridis = {{{68, 1, 84},
                                            {210, 226, 27},
                                            {253, 231, 37}}};
 
-/// Okabe and Ito, "Color Universal Design" (2008), without yellow and vermillion: the one is not
-/// seen on white, the other means blind.
+/// Okabe and Ito, "Color Universal Design" (2008), without yellow and vermillion: yellow is not
+/// visible on white, vermillion marks degenerate stretches.
 constexpr std::array<Rgb, 6> kOkabeIto = {
     {{0, 114, 178}, {204, 121, 167}, {0, 158, 115}, {230, 159, 0}, {86, 180, 233}, {30, 30, 30}}};
 
-/// Dots alone mean the truth.
+/// Dots alone are reserved for the ground truth.
 constexpr std::array<const char*, 5> kDashes = {"", "7 3", "10 2.5 2 2.5 2 2.5", "9 3 2 3", "14 4"};
 
 }  // namespace
 
-Rgb viridis(double share) {
-  if (!(share > 0.0)) return kViridis.front();
-  const double at = std::min(share, 1.0) * static_cast<double>(kViridis.size() - 1);
+Rgb viridis(double fraction) {
+  if (!(fraction > 0.0)) return kViridis.front();
+  const double at = std::min(fraction, 1.0) * static_cast<double>(kViridis.size() - 1);
   const auto i = std::min(static_cast<std::size_t>(at), kViridis.size() - 2);
   const double part = at - static_cast<double>(i);
   Rgb colour{};
@@ -48,9 +48,9 @@ Rgb viridis(double share) {
   return colour;
 }
 
-Rgb scale_colour(double share, bool reversed) {
+Rgb scale_colour(double fraction, bool reversed) {
   constexpr double kLightest = 0.86;
-  const double inside = std::clamp(share, 0.0, 1.0);
+  const double inside = std::clamp(fraction, 0.0, 1.0);
   return viridis(kLightest * (reversed ? 1.0 - inside : inside));
 }
 

@@ -15,13 +15,13 @@ namespace {
 
 constexpr std::size_t kPageBytesMax = 10'000'000;
 
-/// Runs of the short suite; RALI_FUZZ_RUNS asks for more.
+/// Runs of the short suite, or as set by RALI_FUZZ_RUNS.
 std::size_t runs_asked() {
   const char* text = std::getenv("RALI_FUZZ_RUNS");
   return text != nullptr ? static_cast<std::size_t>(std::strtoul(text, nullptr, 10)) : 42;
 }
 
-/// One damage, chosen by `seed` alone: bytes replaced, cut out, doubled, or words that hurt.
+/// One damage, determined by `seed` alone: bytes replaced, removed, duplicated, or harmful words.
 std::string damaged(std::string text, std::uint64_t seed) {
   const auto pick = [&](std::uint64_t n) { return n == 0 ? 0 : (seed = mixed(seed)) % n; };
   const std::vector<std::string> words = {"nan",

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kReplacement = "\xEF\xBF\xBD", kNone = "\xE2\x80\x93";
 
-/// Length of the UTF-8 character at the begin of `text`, 0 if there is none.
+/// Length of the UTF-8 character at the start of `text`, 0 if there is none.
 /// Source: RFC 3629, section 4.
 std::size_t utf8_length(std::string_view text) {
   const auto byte = [&](std::size_t i) {
@@ -82,9 +82,9 @@ std::string fixed(const Number& value, int decimals) {
   return fixed(value.value_or(kUnknown), decimals);
 }
 
-std::string percent(const Number& share) {
-  if (!share) return std::string(kNone);
-  const double value = 100.0 * *share;
+std::string percent(const Number& fraction) {
+  if (!fraction) return std::string(kNone);
+  const double value = 100.0 * *fraction;
   return fixed(value, value != 0.0 && std::abs(value) < 9.95 ? 1 : 0) + " %";
 }
 

@@ -10,13 +10,13 @@
 
 namespace rali::report {
 
-/// What is not known.
+/// An unknown value.
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 using Number = std::optional<double>;
 using NamedNumbers = std::vector<std::pair<std::string, double>>;
 
-struct WayPoint {
+struct PathPoint {
   double t_s = 0.0;
   geometry::Vec3 p_m = geometry::Vec3::Zero();
 };

@@ -9,7 +9,7 @@
 namespace rali::report {
 namespace {
 
-/// Rewrites a file with the names that version 0.1 gave.
+/// Rewrites a file with the names of version 0.1.
 void rename_in(const io::TestFolder& folder, const std::string& file,
                const std::vector<std::pair<std::string, std::string>>& names) {
   std::string text = folder.read(file);
@@ -47,10 +47,11 @@ TEST(OldRun, is_read_as_one_with_the_names_of_today) {
   EXPECT_EQ(a->duration_s, b->duration_s);
   ASSERT_EQ(b->vehicles.size(), 2U);
   const VehicleView &x = a->vehicles[1], &y = b->vehicles[1];
-  EXPECT_TRUE(y.numbers.sweeps && y.numbers.blind_share && y.numbers.blind_held_share);
-  EXPECT_EQ(x.numbers.sweeps, y.numbers.sweeps);
-  EXPECT_EQ(x.numbers.blind_share, y.numbers.blind_share);
-  ASSERT_EQ(x.blind.size(), y.blind.size());
+  EXPECT_TRUE(y.numbers.scans && y.numbers.degenerate_fraction &&
+              y.numbers.degenerate_held_fraction);
+  EXPECT_EQ(x.numbers.scans, y.numbers.scans);
+  EXPECT_EQ(x.numbers.degenerate_fraction, y.numbers.degenerate_fraction);
+  ASSERT_EQ(x.degenerate.size(), y.degenerate.size());
   ASSERT_EQ(x.degeneracy.size(), y.degeneracy.size());
   EXPECT_EQ(x.degeneracy[90].held_by, y.degeneracy[90].held_by);
   ASSERT_EQ(a->evaluation.size(), b->evaluation.size());

@@ -11,8 +11,8 @@
 
 namespace rali::report {
 
-/// What became of a range; column `reason`. kOther: a word that this version does not know.
-enum class RangeFate : std::uint8_t {
+/// How a range was used; column `reason`. kOther: a word unknown to this version.
+enum class RangeOutcome : std::uint8_t {
   kUsed,
   kNlos,
   kOutlier,
@@ -26,18 +26,18 @@ enum class RangeFate : std::uint8_t {
   kBadGeometry,
   kOther
 };
-inline constexpr std::size_t kRangeFateCount = 12;
+inline constexpr std::size_t kRangeOutcomeCount = 12;
 
-/// The word of ranges.csv and of metrics.json; "other" for what is not known.
-[[nodiscard]] std::string_view fate_name(RangeFate fate);
+/// The word of ranges.csv and of metrics.json; "other" if unknown.
+[[nodiscard]] std::string_view outcome_name(RangeOutcome outcome);
 
-/// In words, plain text.
-[[nodiscard]] std::string_view fate_words(RangeFate fate);
+/// As plain text for users.
+[[nodiscard]] std::string_view outcome_words(RangeOutcome outcome);
 
-/// What a word of ranges.csv means; `used` decides where the word does not.
-[[nodiscard]] RangeFate fate_of(std::string_view reason, bool used);
+/// Meaning of a word of ranges.csv; for unknown words `used` decides.
+[[nodiscard]] RangeOutcome outcome_of(std::string_view reason, bool used);
 
-/// A range or several that lie too near to each other to be told apart in a drawing.
+/// One range, or several that are too close to be distinguished in a drawing.
 struct RangeDot {
   double t_s = 0.0;
   double residual_m = kUnknown;
@@ -45,29 +45,29 @@ struct RangeDot {
 
 /// All ranges between two vehicles, in either direction.
 struct PairRanges {
-  std::string a, b;                                         ///< in the order of the alphabet
-  std::array<std::size_t, kRangeFateCount> count{};         ///< rows
-  std::array<std::vector<RangeDot>, kRangeFateCount> dots;  ///< thinned, by time
-  double bias_m = kUnknown;                                 ///< the last one
-  double residual_std_m = kUnknown;                         ///< of the ranges used
+  std::string a, b;                                            ///< in alphabetical order
+  std::array<std::size_t, kRangeOutcomeCount> count{};         ///< rows
+  std::array<std::vector<RangeDot>, kRangeOutcomeCount> dots;  ///< thinned, by time
+  double bias_m = kUnknown;                                    ///< the last one
+  double residual_std_m = kUnknown;                            ///< of the ranges used
 
   [[nodiscard]] std::size_t total() const;
 
   [[nodiscard]] std::size_t used() const { return count[0]; }
 };
 
-/// Ranges heard by a vehicle in a span of time.
-struct Heard {
-  double begin_s = 0.0, end_s = 0.0;
+/// Ranges received by a vehicle in a period of time.
+struct Received {
+  double start_s = 0.0, end_s = 0.0;
   std::size_t used = 0, rejected = 0;
 };
 
 struct RangeTable {
-  bool known = false;  ///< there is a ranges.csv
+  bool known = false;  ///< ranges.csv exists
   std::size_t rows = 0;
-  std::array<std::size_t, kRangeFateCount> count{};
+  std::array<std::size_t, kRangeOutcomeCount> count{};
   std::vector<PairRanges> pairs;            ///< of the vehicles of the run, by name
-  std::size_t strangers = 0;                ///< rows of which an end is no vehicle of the run
+  std::size_t strangers = 0;                ///< rows with an end that is no vehicle of the run
   std::vector<std::string> stranger_names;  ///< the first few
   std::vector<std::string> other_reasons;   ///< words behind kOther, the first few
 };

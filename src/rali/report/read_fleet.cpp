@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint64_t kSettingsBytesMax = 4ULL << 20;
 constexpr std::size_t kSettingsMax = 1000;
 
-/// "key: value   # origin" apart; a '#' in quotes does not occur before the origin's.
+/// Splits "key: value   # origin"; a '#' in quotes never follows the origin's.
 void split_line(std::string_view line, std::string& key, std::string& value, std::string& origin) {
   const std::size_t comment = line.rfind("  # ");
   const std::size_t short_comment = line.rfind(" # ");
@@ -30,11 +30,11 @@ void split_line(std::string_view line, std::string& key, std::string& value, std
 
 }  // namespace
 
-void read_fleet_tables(const std::string& dir, Time t_begin, RunData& run) {
+void read_fleet_tables(const std::string& dir, Time t_start, RunData& run) {
   read_table(dir, "rounds.csv", run, [&](const TableRow& row) {
     run.rounds.push_back({row.text("round"), row.text("anchor"), row.text("ended_by"),
-                          row.text("next_anchor"), row.seconds("start_s", t_begin),
-                          row.seconds("end_s", t_begin)});
+                          row.text("next_anchor"), row.seconds("start_s", t_start),
+                          row.seconds("end_s", t_start)});
   });
   read_table(dir, "frontiers.csv", run, [&](const TableRow& row) {
     run.frontiers.push_back({row.text("round"),
@@ -47,7 +47,7 @@ void read_fleet_tables(const std::string& dir, Time t_begin, RunData& run) {
   });
   read_table(dir, "loops.csv", run, [&](const TableRow& row) {
     run.loops.push_back({row.text("vehicle_from"), row.text("vehicle_to"), row.text("reason"),
-                         row.seconds("stamp_from_s", t_begin), row.seconds("stamp_to_s", t_begin),
+                         row.seconds("stamp_from_s", t_start), row.seconds("stamp_to_s", t_start),
                          row.number("score"), row.number("shift_m"), row.flag("accepted")});
   });
 }
@@ -68,7 +68,7 @@ void read_map(const std::string& dir, RunData& run) {
 
 void find_frame_of_map(RunData& run) {
   if (run.groups.size() < 2) return;
-  // Points name their vehicle by its place in the list; the largest group is what map.* holds.
+  // Points refer to their vehicle by its index in the list; map.* holds the largest group.
   std::vector<std::size_t> points(run.vehicles.size(), 0);
   for (const std::uint8_t v : run.map.vehicle) {
     if (v < points.size()) ++points[v];

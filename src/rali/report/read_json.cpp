@@ -15,7 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t kJsonBytesMax = 64ULL << 20;
-/// More are a damaged file; the page would not be readable either.
+/// Larger counts indicate a damaged file; the page would be unreadable as well.
 constexpr std::size_t kVehiclesMax = 64, kWarningsMax = 500, kMeasuredMax = 5000;
 
 /// The document, null if the file is absent or damaged.
@@ -63,11 +63,11 @@ NamedNumbers numbers(const Json& json) {
 VehicleNumbers vehicle_numbers(const Json& v) {
   VehicleNumbers n;
   n.path_m = number(v, "path_m");
-  n.sweeps = number(v, "scans");
-  n.sweeps_dropped = number(v, "scans_dropped");
+  n.scans = number(v, "scans");
+  n.scans_dropped = number(v, "scans_dropped");
   n.keyframes = number(v, "keyframes");
-  n.blind_share = number(v, "degenerate_fraction");
-  n.blind_held_share = number(v, "degenerate_constrained_fraction");
+  n.degenerate_fraction = number(v, "degenerate_fraction");
+  n.degenerate_held_fraction = number(v, "degenerate_constrained_fraction");
   n.sigma_median_m = number(v, "sigma_median_m");
   n.sigma_max_m = number(v, "sigma_max_m");
   n.diverged_s = number(v, "diverged_s");
@@ -178,7 +178,7 @@ void flatten(const Json& json, const std::string& path, int depth, std::vector<M
   out.push_back(std::move(m));
 }
 
-/// The alignments that evaluation.json names; the errors stand in the axes of the truth.
+/// The alignments in evaluation.json; errors are in the axes of the ground truth.
 void read_truth_frames(const Json& frames, RunData& run) {
   if (!frames.is_array()) return;
   for (const Json& frame : frames) {
@@ -201,14 +201,14 @@ void read_truth_frames(const Json& frames, RunData& run) {
 
 Time read_json_files(const std::string& dir, RunData& run) {
   run.status = text(at(read_json(dir, "status.json", run), "status"));
-  const Time t_begin = read_metrics(read_json(dir, "metrics.json", run), run);
+  const Time t_start = read_metrics(read_json(dir, "metrics.json", run), run);
   const Json timing = read_json(dir, "timing.json", run);
   run.timing = {number(timing, "total_s"), number(timing, "data_s"), number(timing, "speed"),
                 number(timing, "memory_max_mb"), numbers(at(timing, "stages_s"))};
   const Json evaluation = read_json(dir, "evaluation.json", run);
   if (evaluation.is_object()) flatten(evaluation, "", 0, run.evaluation);
   read_truth_frames(at(evaluation, "frames"), run);
-  return t_begin;
+  return t_start;
 }
 
 }  // namespace rali::report

@@ -25,8 +25,8 @@ RunData read(const io::TestFolder& folder, const std::string& rows) {
   return run ? std::move(*run) : RunData();
 }
 
-std::size_t count(const PairRanges& pair, RangeFate fate) {
-  return pair.count[static_cast<std::size_t>(fate)];
+std::size_t count(const PairRanges& pair, RangeOutcome outcome) {
+  return pair.count[static_cast<std::size_t>(outcome)];
 }
 
 TEST(RangeTable, counts_each_fate_of_each_pair_in_either_direction) {
@@ -40,11 +40,11 @@ TEST(RangeTable, counts_each_fate_of_each_pair_in_either_direction) {
   EXPECT_EQ(pair.a, "v1");
   EXPECT_EQ(pair.b, "v2");
   EXPECT_EQ(pair.used(), 2U);
-  EXPECT_EQ(count(pair, RangeFate::kNlos), 1U);
+  EXPECT_EQ(count(pair, RangeOutcome::kNlos), 1U);
   EXPECT_EQ(pair.bias_m, 0.13);
   // 0.1 and -0.1: mean 0, variance (0.01 + 0.01) / 1.
   EXPECT_NEAR(pair.residual_std_m, std::sqrt(0.02), 1e-12);
-  EXPECT_EQ(count(run.range_table.pairs[1], RangeFate::kNoPose), 1U);
+  EXPECT_EQ(count(run.range_table.pairs[1], RangeOutcome::kNoPose), 1U);
   EXPECT_EQ(run.range_table.strangers, 1U);
   EXPECT_EQ(run.range_table.stranger_names, std::vector<std::string>{"17"});
 }
@@ -64,13 +64,13 @@ TEST(RangeTable, shows_its_numbers_in_the_page) {
 }
 
 TEST(RangeTable, takes_no_contradiction_or_unknown_word_for_used) {
-  EXPECT_EQ(fate_of("used", true), RangeFate::kUsed);
-  EXPECT_EQ(fate_of("used", false), RangeFate::kOther);
-  EXPECT_EQ(fate_of("nlos", true), RangeFate::kOther);
-  EXPECT_EQ(fate_of("nlos", false), RangeFate::kNlos);
-  EXPECT_EQ(fate_of("<script>", false), RangeFate::kOther);
-  EXPECT_EQ(fate_of("", true), RangeFate::kUsed);
-  EXPECT_EQ(fate_of("", false), RangeFate::kOther);
+  EXPECT_EQ(outcome_of("used", true), RangeOutcome::kUsed);
+  EXPECT_EQ(outcome_of("used", false), RangeOutcome::kOther);
+  EXPECT_EQ(outcome_of("nlos", true), RangeOutcome::kOther);
+  EXPECT_EQ(outcome_of("nlos", false), RangeOutcome::kNlos);
+  EXPECT_EQ(outcome_of("<script>", false), RangeOutcome::kOther);
+  EXPECT_EQ(outcome_of("", true), RangeOutcome::kUsed);
+  EXPECT_EQ(outcome_of("", false), RangeOutcome::kOther);
 }
 
 TEST(RangeTable, of_rubbish_gives_a_page_without_its_tags) {
@@ -114,11 +114,11 @@ TEST(CellThinner, ends_whatever_the_numbers_are) {
   EXPECT_LT(thinner.dots().size(), 100U);
 }
 
-TEST(HeardBins, stay_few_and_lose_no_range) {
-  HeardBins bins;
+TEST(ReceivedBins, stay_few_and_lose_no_range) {
+  ReceivedBins bins;
   for (int i = 0; i < 30'000; ++i) bins.add(1.1 * i, i % 4 != 0);
   std::size_t used = 0, rejected = 0;
-  for (const Heard& h : bins.spans()) used += h.used, rejected += h.rejected;
+  for (const Received& h : bins.spans()) used += h.used, rejected += h.rejected;
   EXPECT_EQ(used, 22'500U);
   EXPECT_EQ(rejected, 7'500U);
   EXPECT_LE(bins.spans().size(), 2000U);

@@ -34,20 +34,20 @@ Result<RunData> read_run(const std::string& out_dir) {
   }
   RunData run;
   run.name = name_of_folder(out_dir);
-  Time t_begin = read_json_files(out_dir, run);
+  Time t_start = read_json_files(out_dir, run);
   add_vehicles_of_files(out_dir, run);
   if (!run.metrics_known && run.status.empty() && run.vehicles.empty()) {
     return fail(ErrorCode::kInput, out_dir,
                 "holds neither metrics.json nor status.json nor trajectory/*.tum",
                 "Give the output folder of rali map.");
   }
-  for (VehicleView& vehicle : run.vehicles) read_vehicle(out_dir, t_begin, vehicle, run);
-  read_ranges_table(out_dir, t_begin, run);
-  for (VehicleView& vehicle : run.vehicles) sum_blind_way(vehicle);
-  read_fleet_tables(out_dir, t_begin, run);
+  for (VehicleView& vehicle : run.vehicles) read_vehicle(out_dir, t_start, vehicle, run);
+  read_ranges_table(out_dir, t_start, run);
+  for (VehicleView& vehicle : run.vehicles) sum_degenerate_path(vehicle);
+  read_fleet_tables(out_dir, t_start, run);
   read_map(out_dir, run);
   find_frame_of_map(run);
-  run.begin = t_begin;
+  run.begin = t_start;
   read_settings(out_dir, run);
   return run;
 }

@@ -7,9 +7,9 @@
 
 namespace rali::report {
 
-/// Reads an output folder of `rali map`. Parts that are absent are left empty; parts that are
-/// damaged are named in RunData::unreadable.
-/// Errors: kInput for what is no folder, or holds nothing that rali map writes.
+/// Reads an output folder of `rali map`. Absent parts are left empty; damaged
+/// parts are named in RunData::unreadable.
+/// Errors: kInput if it is no folder, or holds no output of rali map.
 [[nodiscard]] Result<RunData> read_run(const std::string& out_dir);
 
 }  // namespace rali::report

@@ -18,30 +18,30 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kVehiclesMax = 64;
 
-/// A name out of a file must not lead to other folders.
+/// A name from a file must not refer to other folders.
 bool is_file_name(const std::string& name) {
   return !name.empty() && name.find('/') == std::string::npos && !name.starts_with('.');
 }
 
-std::vector<WayPoint> read_way(const std::string& dir, const std::string& name, Time& t_begin,
-                               RunData& run) {
-  std::vector<WayPoint> way;
+std::vector<PathPoint> read_path(const std::string& dir, const std::string& name, Time& t_start,
+                                 RunData& run) {
+  std::vector<PathPoint> points;
   const std::string path = dir + '/' + name;
-  if (!file_exists(path)) return way;
+  if (!file_exists(path)) return points;
   const Result<io::TumFile> tum = io::read_tum(path);
   if (!tum) {
     run.unreadable.push_back(fmt::format("{}: {}", name, tum.error().what));
-    return way;
+    return points;
   }
-  if (t_begin.ns == 0 && !tum->poses.empty()) t_begin = tum->poses.front().t;
+  if (t_start.ns == 0 && !tum->poses.empty()) t_start = tum->poses.front().t;
   for (const io::StampedPose& pose : tum->poses) {
     if (!pose.T.p.allFinite()) continue;
-    way.push_back({seconds_between(t_begin, pose.t), pose.T.p});
+    points.push_back({seconds_between(t_start, pose.t), pose.T.p});
   }
-  return way;
+  return points;
 }
 
-void read_sigmas(const std::string& dir, Time t_begin, VehicleView& v, RunData& run) {
+void read_sigmas(const std::string& dir, Time t_start, VehicleView& v, RunData& run) {
   read_table(dir, "trajectory/" + v.name + ".cov.csv", run, [&](const TableRow& row) {
     SigmaPoint p;
     constexpr std::array<const char*, 6> kNames = {"c00", "c01", "c02", "c11", "c12", "c22"};
@@ -49,36 +49,36 @@ void read_sigmas(const std::string& dir, Time t_begin, VehicleView& v, RunData& 
       p.cov_m2[i] = static_cast<float>(row.number(kNames[i]));
     }
     const double variance = row.number("c00") + row.number("c11") + row.number("c22");
-    p.t_s = row.seconds("stamp_s", t_begin);
+    p.t_s = row.seconds("stamp_s", t_start);
     p.sigma_m = std::sqrt(variance);
     if (std::isfinite(p.sigma_m) && std::isfinite(p.t_s)) v.sigmas.push_back(p);
   });
 }
 
-void read_errors(const std::string& dir, Time t_begin, VehicleView& v, RunData& run) {
+void read_errors(const std::string& dir, Time t_start, VehicleView& v, RunData& run) {
   read_table(dir, "errors/" + v.name + ".csv", run, [&](const TableRow& row) {
     ErrorPoint e;
-    e.t_s = row.seconds("stamp_s", t_begin);
+    e.t_s = row.seconds("stamp_s", t_start);
     e.ape_m = row.number("ape_m");
     e.rot_deg = row.number("rot_deg");
     e.e_m = {row.number("ex"), row.number("ey"), row.number("ez")};
-    e.along_blind_m = row.number("along_degenerate_m");
+    e.along_degenerate_m = row.number("along_degenerate_m");
     e.nees = row.number("nees");
     if (std::isfinite(e.t_s)) v.errors.push_back(e);
   });
 }
 
-/// The truth at the poses that were judged, brought into map: estimate less error.
+/// The ground truth at the evaluated poses, transformed to map: estimate minus error.
 void find_truth(const RunData& run, VehicleView& v) {
   for (const TruthFrame& frame : run.truth_frames) {
     const auto& names = frame.vehicles;
     if (std::find(names.begin(), names.end(), v.name) == names.end()) continue;
     std::size_t at = 0;
     for (const ErrorPoint& e : v.errors) {
-      while (at < v.way.size() && v.way[at].t_s < e.t_s - 1e-4) ++at;
-      if (at == v.way.size()) break;
-      if (v.way[at].t_s > e.t_s + 1e-4 || !e.e_m.allFinite()) continue;
-      v.truth.push_back({e.t_s, v.way[at].p_m - frame.R_truth_map.transpose() * e.e_m});
+      while (at < v.path.size() && v.path[at].t_s < e.t_s - 1e-4) ++at;
+      if (at == v.path.size()) break;
+      if (v.path[at].t_s > e.t_s + 1e-4 || !e.e_m.allFinite()) continue;
+      v.truth.push_back({e.t_s, v.path[at].p_m - frame.R_truth_map.transpose() * e.e_m});
     }
   }
 }
@@ -113,17 +113,17 @@ void add_vehicles_of_files(const std::string& dir, RunData& run) {
   }
 }
 
-void read_vehicle(const std::string& dir, Time& t_begin, VehicleView& vehicle, RunData& run) {
+void read_vehicle(const std::string& dir, Time& t_start, VehicleView& vehicle, RunData& run) {
   if (!is_file_name(vehicle.name)) {
     run.unreadable.push_back(
         fmt::format("metrics.json: '{}' is no name of a vehicle", io::quoted(vehicle.name)));
     return;
   }
-  vehicle.way = read_way(dir, "trajectory/" + vehicle.name + ".tum", t_begin, run);
-  vehicle.odometry = read_way(dir, "odometry/" + vehicle.name + ".tum", t_begin, run);
-  read_sigmas(dir, t_begin, vehicle, run);
-  read_blind(dir, t_begin, vehicle, run);
-  read_errors(dir, t_begin, vehicle, run);
+  vehicle.path = read_path(dir, "trajectory/" + vehicle.name + ".tum", t_start, run);
+  vehicle.odometry = read_path(dir, "odometry/" + vehicle.name + ".tum", t_start, run);
+  read_sigmas(dir, t_start, vehicle, run);
+  read_degenerate(dir, t_start, vehicle, run);
+  read_errors(dir, t_start, vehicle, run);
   find_truth(run, vehicle);
 }
 

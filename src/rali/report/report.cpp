@@ -18,7 +18,7 @@ std::string_view script_licence();
 
 namespace {
 
-/// Browsers obey this: the page may load nothing, from nowhere.
+/// Content security policy: the page must not load external resources.
 constexpr std::string_view kPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
@@ -44,7 +44,7 @@ std::string body(const std::vector<Section>& sections) {
   for (std::size_t i = 0; i < sections.size(); ++i) {
     const Section& s = sections[i];
     const bool speed = s.id == "speed";
-    if (speed) out += kSpeedBegin;
+    if (speed) out += kSpeedStart;
     out += fmt::format("<section id=\"{}\">\n<h2><span class=\"no\">{}</span> {}</h2>\n", s.id,
                        i + 1, s.title);
     out += s.html;
@@ -67,7 +67,7 @@ std::string foot() {
   return out + "</footer>\n";
 }
 
-/// Without scripts the numbers are all there; the drawings are not.
+/// Without scripts all numbers are shown, but no drawings.
 std::string scripts(const std::string& data) {
   if (assets::script().empty()) return {};
   return fmt::format(
@@ -94,7 +94,7 @@ std::string page(const std::string& title, const std::string& subtitle,
   return out + "</body>\n</html>\n";
 }
 
-/// "2023-11-14 22:13" of seconds since 1970; empty for what is no such clock (a boot-time clock).
+/// "2023-11-14 22:13" of seconds since 1970; empty for other clocks (time since boot).
 /// Source of the calendar: H. Hinnant, "chrono-compatible low-level date algorithms",
 /// civil_from_days.
 std::string utc_text(Time t) {

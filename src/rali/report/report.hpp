@@ -9,14 +9,13 @@
 
 namespace rali::report {
 
-/// What differs between two equal runs stands between these comments; status.json hashes the rest.
-inline constexpr std::string_view kSpeedBegin = "<!--speed-->", kSpeedEnd = "<!--/speed-->";
+/// Content that differs between equal runs is placed between these; status.json hashes the rest.
+inline constexpr std::string_view kSpeedStart = "<!--speed-->", kSpeedEnd = "<!--/speed-->";
 
-/// The page of one run: whole HTML with everything inside, under 10 MB. The same data give the
-/// same bytes.
+/// The self-contained HTML page of one run, under 10 MB. The same data give the same bytes.
 [[nodiscard]] std::string report_html(const RunData& run);
 
-/// Runs side by side: numbers, trajectories, settings that differ.
+/// Several runs compared: numbers, trajectories, settings that differ.
 [[nodiscard]] std::string comparison_html(const std::vector<RunData>& runs);
 
 /// Reads `out_dir` and writes the page to `path`. Errors: kInput, kMachine.

@@ -82,8 +82,8 @@ TEST(ReportNumbers, shows_each_vehicle_of_metrics_json_with_its_own_numbers) {
   const std::string page = page_of(folder);
   for (const VehicleView& v : read->vehicles) {
     const std::string row = "<td>" + v.name + "</td><td>" + metres(v.numbers.path_m) + "</td><td>" +
-                            counted(v.numbers.sweeps) + "</td><td>" + counted(v.numbers.keyframes) +
-                            "</td><td>" + percent(v.numbers.blind_share) + "</td>";
+                            counted(v.numbers.scans) + "</td><td>" + counted(v.numbers.keyframes) +
+                            "</td><td>" + percent(v.numbers.degenerate_fraction) + "</td>";
     EXPECT_TRUE(has(page, row)) << row;
   }
 }
@@ -95,7 +95,7 @@ TEST(ReportNumbers, calls_no_error_good_that_was_not_predicted) {
   write_test_run(folder, run);
   EXPECT_TRUE(has(page_of(folder), "no more than the stated covariance allows"));
   std::string text = folder.read("evaluation.json");
-  // In the numbers of the fleet, which come last.
+  // In the numbers of the fleet, at the end of the file.
   const std::string_view good = "\"fraction_within_95\":0.94";
   text.replace(text.rfind(good), good.size(), "\"fraction_within_95\":0.69");
   folder.write("evaluation.json", text);
@@ -111,8 +111,8 @@ TEST(ReportNumbers,
   run.vehicles = {"v1", "v2"};
   write_test_run(folder, run);
   const std::string page = page_of(folder);
-  // Variance along x at pose 129: 1e-4 + 129 * 2e-5 = 0.00268, its root 0.0518 m. The way turns
-  // from x to y at pose 117, 14 m along.
+  // Variance along x at pose 129: 1e-4 + 129 * 2e-5 = 0.00268, its root 0.0518 m. The trajectory
+  // turns from x to y at pose 117, 14 m along.
   EXPECT_TRUE(has(page, "<td>v2</td><td>8.0 s</td><td>12.9 s</td>"));
   EXPECT_TRUE(has(page, "0&deg; from x of the map</td><td>ranges to v1, 100 %"));
   EXPECT_TRUE(has(page, "<b>&plusmn; 0.052 m</b>"));

@@ -30,14 +30,14 @@ bool has(const std::string& page, std::string_view text) {
   return page.find(text) != std::string::npos;
 }
 
-/// The page less its scripts and pictures, where any bytes may stand.
+/// The page without its scripts and pictures, which may contain any bytes.
 std::string without_bulk(std::string page) {
   const std::size_t script = page.rfind("<script>");
   if (script != std::string::npos) page.resize(script);
   const std::string_view data = "<script type=\"application/json\" id=\"page-data\">";
   const std::size_t begin = page.find(data);
   if (begin == std::string::npos) return page;
-  // What stands in the data ends with the first "</script>", as browsers read it.
+  // The data end with the first "</script>", as browsers parse it.
   const std::size_t end = page.find("</script>", begin);
   return page.erase(begin, end - begin);
 }
@@ -95,9 +95,9 @@ TEST(Report, brings_the_truth_into_the_map_by_the_errors) {
   const Result<RunData> run = read_run(folder.path());
   ASSERT_TRUE(run);
   ASSERT_EQ(run->vehicles[0].truth.size(), 200U);
-  // Pose 10 stands at x = 1.2, its error is (0.03, 0.01, -0.02) in axes that are those of the map.
+  // Pose 10 is at x = 1.2; its error is (0.03, 0.01, -0.02) in axes equal to those of the map.
   EXPECT_NEAR(run->vehicles[0].truth[10].p_m.x(), 1.2 - 0.03, 1e-6);
-  EXPECT_NEAR(run->vehicles[0].truth[10].p_m.z() - run->vehicles[0].way[10].p_m.z(), 0.02, 1e-6);
+  EXPECT_NEAR(run->vehicles[0].truth[10].p_m.z() - run->vehicles[0].path[10].p_m.z(), 0.02, 1e-6);
 }
 
 TEST(Report, turns_the_errors_into_the_axes_of_the_map) {
@@ -105,7 +105,7 @@ TEST(Report, turns_the_errors_into_the_axes_of_the_map) {
   TestRun test;
   test.truth = true;
   write_test_run(folder, test);
-  // A quarter turn about z: x of the truth is -y of the map.
+  // A quarter turn about z: x of the ground truth is -y of the map.
   std::string text = folder.read("evaluation.json");
   const std::string_view none = "\"quat_xyzw\":[0,0,0,1]";
   text.replace(text.find(none), none.size(),
@@ -114,7 +114,7 @@ TEST(Report, turns_the_errors_into_the_axes_of_the_map) {
   const Result<RunData> run = read_run(folder.path());
   ASSERT_TRUE(run);
   const VehicleView& v = run->vehicles[0];
-  const geometry::Vec3 error_map = v.way[10].p_m - v.truth[10].p_m;
+  const geometry::Vec3 error_map = v.path[10].p_m - v.truth[10].p_m;
   EXPECT_NEAR(error_map.x(), 0.01, 1e-6);
   EXPECT_NEAR(error_map.y(), -0.03, 1e-6);
 }
@@ -248,7 +248,7 @@ TEST(Report, of_the_same_data_has_the_same_bytes_but_for_the_speed) {
   std::string pages[2] = {page_of(a), page_of(b)};
   EXPECT_NE(pages[0], pages[1]);
   for (std::string& page : pages) {
-    const std::size_t begin = page.find(kSpeedBegin), end = page.find(kSpeedEnd);
+    const std::size_t begin = page.find(kSpeedStart), end = page.find(kSpeedEnd);
     ASSERT_LT(begin, end);
     page.erase(begin, end - begin);
   }
@@ -300,18 +300,18 @@ TEST(Settings, other_than_default_keep_their_path_and_origin) {
   EXPECT_EQ(lines[2].key, "vehicles.v2.start_s");
 }
 
-TEST(BlindSpans, join_over_single_seen_sweeps_and_name_who_held_them) {
+TEST(DegenerateSpans, join_over_single_seen_sweeps_and_name_who_held_them) {
   const io::TestFolder folder;
   TestRun test;
   test.vehicles = {"v1", "v2"};
   write_test_run(folder, test);
   const Result<RunData> run = read_run(folder.path());
   ASSERT_TRUE(run);
-  EXPECT_TRUE(run->vehicles[0].blind.empty());
-  ASSERT_EQ(run->vehicles[1].blind.size(), 1U);
-  EXPECT_NEAR(run->vehicles[1].blind[0].begin_s, 8.0, 1e-6);
-  EXPECT_NEAR(run->vehicles[1].blind[0].end_s, 12.9, 1e-6);
-  EXPECT_EQ(run->vehicles[1].blind[0].held_by, "v1");
+  EXPECT_TRUE(run->vehicles[0].degenerate.empty());
+  ASSERT_EQ(run->vehicles[1].degenerate.size(), 1U);
+  EXPECT_NEAR(run->vehicles[1].degenerate[0].start_s, 8.0, 1e-6);
+  EXPECT_NEAR(run->vehicles[1].degenerate[0].end_s, 12.9, 1e-6);
+  EXPECT_EQ(run->vehicles[1].degenerate[0].held_by, "v1");
 }
 
 }  // namespace

@@ -7,13 +7,13 @@
 
 #include "rali/base/time.hpp"
 #include "rali/geometry/types.hpp"
-#include "rali/report/blind_data.hpp"
+#include "rali/report/degenerate_data.hpp"
 #include "rali/report/numbers.hpp"
 #include "rali/report/range_data.hpp"
 
 namespace rali::report {
 
-/// All times are seconds since the begin of the run, all positions are in the frame `map`, unless
+/// All times are seconds since the start of the run, all positions are in the frame `map`, unless
 /// the name says otherwise.
 
 /// Root of the expected squared 3-D position error.
@@ -30,15 +30,15 @@ struct ErrorPoint {
   double t_s = 0.0;
   double ape_m = kUnknown, rot_deg = kUnknown;
   geometry::Vec3 e_m = geometry::Vec3::Constant(kUnknown);
-  double along_blind_m = kUnknown;
+  double along_degenerate_m = kUnknown;
   double nees = kUnknown;
 };
 
 /// One vehicle's entry of metrics.json.
 struct VehicleNumbers {
-  Number path_m, sweeps, sweeps_dropped, keyframes, blind_share, blind_held_share, sigma_median_m,
-      sigma_max_m, diverged_s, time_offset_s, accel_scale, accel_noise, accel_noise_stated,
-      gyro_noise,
+  Number path_m, scans, scans_dropped, keyframes, degenerate_fraction, degenerate_held_fraction,
+      sigma_median_m, sigma_max_m, diverged_s, time_offset_s, accel_scale, accel_noise,
+      accel_noise_stated, gyro_noise,
       gyro_noise_stated;  ///< noise: m/s2/rtHz, rad/s/rtHz
   NamedNumbers gaps;
 };
@@ -46,16 +46,16 @@ struct VehicleNumbers {
 struct VehicleView {
   std::string name;
   VehicleNumbers numbers;
-  std::vector<WayPoint> way;
-  std::vector<WayPoint> odometry;  ///< in its own odom frame
+  std::vector<PathPoint> path;
+  std::vector<PathPoint> odometry;  ///< in its own odom frame
   std::vector<SigmaPoint> sigmas;
   std::vector<DegeneracyPoint> degeneracy;
-  std::vector<BlindSpan> blind;
-  BlindWay blind_way;
-  std::vector<Heard> heard;  ///< ranges to or from it, by time
+  std::vector<DegenerateSpan> degenerate;
+  DegeneratePath degenerate_path;
+  std::vector<Received> received;  ///< ranges to or from it, by time
   std::vector<ErrorPoint> errors;
-  std::vector<WayPoint> truth;  ///< brought into map
-  bool in_map = true;           ///< false: it stands in a frame that is not that of map.*
+  std::vector<PathPoint> truth;  ///< transformed to map
+  bool in_map = true;            ///< false: its frame differs from that of map.*
 };
 
 struct RangePair {
@@ -69,7 +69,7 @@ struct RangeNumbers {
   std::vector<RangePair> pairs;
 };
 
-/// How a vehicle hangs in the fleet's frame: an entry of `fleet.frames` in metrics.json.
+/// How a vehicle is connected to the fleet's frame: an entry of `fleet.frames` in metrics.json.
 struct FleetFrame {
   std::string vehicle, decided_by, waits_for;
   Number sigma_m, sigma_rad;
@@ -77,10 +77,10 @@ struct FleetFrame {
 
 struct Round {
   std::string round, anchor, ended_by, next_anchor;
-  double begin_s = kUnknown, end_s = kUnknown;
+  double start_s = kUnknown, end_s = kUnknown;
 };
 
-/// A border of what was seen.
+/// A frontier: the border of the observed space.
 struct Frontier {
   std::string round, id, nearest_vehicle, state, reason;
   geometry::Vec3 p_m = geometry::Vec3::Constant(kUnknown);  ///< z unknown
@@ -101,7 +101,7 @@ struct MapPoints {
   [[nodiscard]] std::size_t size() const { return x_m.size(); }
 };
 
-/// How many keyframes could contradict the map, and how many contradictions were found.
+/// Number of keyframes that could contradict the map, and of contradictions found.
 struct SelfCheck {
   Number keyframes, checked, contradictions;
 };
@@ -122,11 +122,11 @@ struct SettingLine {
 /// One scalar of evaluation.json; `key` is the path with dots.
 struct Measured {
   std::string key;
-  std::string text;         ///< as it stands there
-  double value = kUnknown;  ///< where it is a number
+  std::string text;         ///< as written there
+  double value = kUnknown;  ///< if it is a number
 };
 
-/// How the axes of a frame of the run lie in those of the truth.
+/// Axes of a frame of the run, expressed in those of the ground truth.
 struct TruthFrame {
   std::vector<std::string> vehicles;
   geometry::Mat3 R_truth_map = geometry::Mat3::Identity();
@@ -137,7 +137,7 @@ struct RunData {
   std::string name;    ///< last part of the folder's path
   std::string status;  ///< of status.json; "" if there is none
   std::string version;
-  Time begin;  ///< first stamp of the data; 0: not known
+  Time begin;  ///< first stamp of the data; 0: unknown
   Number duration_s;
   std::vector<VehicleView> vehicles;
   std::vector<std::vector<std::string>> groups;  ///< vehicles that share one frame
@@ -155,11 +155,11 @@ struct RunData {
   std::vector<Warning> warnings;
   Timing timing;
   bool settings_known = false;
-  std::vector<SettingLine> settings;  ///< other than default
+  std::vector<SettingLine> settings;  ///< not default
   std::vector<Measured> evaluation;   ///< empty: not evaluated
   std::vector<TruthFrame> truth_frames;
   bool metrics_known = false;
-  std::vector<std::string> unreadable;  ///< files that are there and could not be read, with why
+  std::vector<std::string> unreadable;  ///< existing but unreadable files, with the reason
 
   [[nodiscard]] bool evaluated() const { return !evaluation.empty(); }
 };

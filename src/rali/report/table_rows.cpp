@@ -20,9 +20,9 @@ bool TableRow::flag(std::string_view column) const {
   return cell == "1" || cell == "true";
 }
 
-double TableRow::seconds(std::string_view column, Time t_begin) const {
+double TableRow::seconds(std::string_view column, Time t_start) const {
   const std::optional<Time> t = io::parse_stamp(csv_.cell(csv_.column(column)));
-  return t ? seconds_between(t_begin, *t) : kUnknown;
+  return t ? seconds_between(t_start, *t) : kUnknown;
 }
 
 void read_table(const std::string& dir, const std::string& name, RunData& run,

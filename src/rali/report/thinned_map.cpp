@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kHeadBytes = 256U << 10, kChunkBytes = 1U << 20;
 constexpr std::uint64_t kWholeBytesMax = 256ULL << 20;
 
-/// Where the points of a file lie that holds them one after the other.
+/// Position of the points in a file that stores them contiguously.
 struct Layout {
   io::CloudFile shape;  ///< fields and point_step, without points
   std::uint64_t points = 0;
@@ -83,20 +83,20 @@ Result<std::optional<Layout>> layout_of(std::span<const std::byte> head, const s
   return layout_of(*header);
 }
 
-/// Values of one field; empty if the cloud has none of that name.
+/// Values of the field `name` or `other`; empty if the cloud has neither.
 std::vector<double> column(const io::CloudFile& cloud, const char* name, const char* other) {
   int field = cloud.field(name);
   if (field < 0) field = cloud.field(other);
   return field < 0 ? std::vector<double>() : cloud.column(field);
 }
 
-/// Takes points of parts of a cloud, in the order of the file.
+/// Selects points of parts of a cloud, in the order of the file.
 class Thinner {
  public:
   Thinner(std::uint64_t points, std::size_t points_max) {
     if (points <= points_max) return;
-    const double share = static_cast<double>(points_max) / static_cast<double>(points);
-    limit_ = static_cast<std::uint64_t>(share * 18446744073709549568.0);
+    const double fraction = static_cast<double>(points_max) / static_cast<double>(points);
+    limit_ = static_cast<std::uint64_t>(fraction * 18446744073709549568.0);
   }
 
   void take(const io::CloudFile& part) {
@@ -141,7 +141,7 @@ Result<ThinnedMap> read_whole(const std::string& path, std::uint64_t bytes,
   return out;
 }
 
-/// Fills `buffer` unless the file ends before. @return bytes that were there
+/// Fills `buffer` unless the file ends before. @return number of bytes read
 Result<std::size_t> fill(io::InputFile& file, std::span<std::byte> buffer) {
   std::size_t have = 0;
   while (have < buffer.size()) {
@@ -164,7 +164,7 @@ Result<ThinnedMap> read_parts(io::InputFile& file, Layout layout, std::vector<st
   const std::size_t chunk = std::max(kChunkBytes / step, std::size_t{1}) * step;
   std::uint64_t read = 0;
   while (read < there) {
-    // What the header's reading took in advance comes first.
+    // The bytes already read with the header come first.
     std::vector<std::byte> bytes = std::move(pending);
     pending = {};
     const std::size_t had = bytes.size();

@@ -13,7 +13,7 @@
 namespace rali::report {
 namespace {
 
-/// Point i stands at (i, -i, i/2), of vehicle i % 3.
+/// Point i is at (i, -i, i/2), of vehicle i % 3.
 void write_points(const io::TestFolder& folder, std::size_t n, bool ply) {
   std::vector<float> x(n), y(n), z(n), intensity(n, 1.0F), sigma(n);
   std::vector<std::uint16_t> seen(n, 1);

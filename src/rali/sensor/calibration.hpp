@@ -4,7 +4,7 @@
 
 namespace rali::sensor {
 
-/// Where the sensors of one vehicle sit. Body = IMU unless T_body_imu says otherwise.
+/// Poses of the sensors of one vehicle. Body = IMU unless T_body_imu says otherwise.
 struct Calibration {
   geometry::SE3 T_body_lidar;
   geometry::SE3 T_body_imu;

@@ -9,7 +9,8 @@ namespace rali::sensor {
 struct ImuSample {
   Time t;
   geometry::Vec3 gyro_radps = geometry::Vec3::Zero();
-  geometry::Vec3 accel_mps2 = geometry::Vec3::Zero();  ///< specific force: at rest, z up: +9.81 in z
+  geometry::Vec3 accel_mps2 =
+      geometry::Vec3::Zero();  ///< specific force: at standstill, z up: +9.81 in z
 };
 
 }  // namespace rali::sensor

@@ -89,7 +89,7 @@ constexpr std::array<float, N> curved(float c0, float c1, float c2, float c3) {
 }
 
 // Ouster: cubics through the beam_altitude_angles of real units (OS0-128, OS1-128, OS1-64, OS2-32;
-// residuals 0.21, 0.02, 0.04, 0.03 deg); the makes with fewer beams span the same field of view.
+// residuals 0.21, 0.02, 0.04, 0.03 deg); the models with fewer beams span the same field of view.
 constexpr auto kOs0_32 = curved<32>(-0.365F, 44.679F, 0.104F, 1.209F);
 constexpr auto kOs0_64 = curved<64>(-0.365F, 44.679F, 0.104F, 1.209F);
 constexpr auto kOs0_128 = curved<128>(-0.365F, 44.679F, 0.104F, 1.209F);
@@ -149,8 +149,8 @@ const std::array<LidarModel, 33>& table() {
   return models;
 }
 
-/// Largest distance [deg] from each found elevation to the model's nearest, infinite if two found
-/// ones share a partner. Both ascending.
+/// Largest distance [deg] from each measured elevation to the model's nearest, infinite if two
+/// measured ones share a partner. Both ascending.
 float worst_match(std::span<const float> found_rad, std::span<const float> model_deg) {
   float worst = 0.0F;
   std::size_t next = 0;
@@ -200,11 +200,11 @@ const LidarModel* identify_lidar(std::span<const float> elevations_rad) {
   float best_deg = kToleranceDeg;
   for (const LidarModel& model : table()) {
     const std::size_t rings = model.elevations_deg.size();
-    // The same angles under an earlier name: makers that share a design cannot be told apart.
+    // Models with the same angles (a shared design) cannot be distinguished: the first is returned.
     if (elevations_rad.size() > rings || elevations_rad.size() + rings / 8 < rings) continue;
     if (elevations_rad.empty()) continue;
     const float worst_deg = worst_match(elevations_rad, model.elevations_deg);
-    // Half a step between the rings is no evidence.
+    // A match within half a ring spacing is no evidence.
     const float spacing_deg = (model.elevations_deg.back() - model.elevations_deg.front()) /
                               static_cast<float>(rings - 1);
     if (worst_deg < best_deg && worst_deg < 0.45F * spacing_deg) {

@@ -8,7 +8,7 @@
 
 namespace rali::sensor {
 
-/// What RaLI must know of a LiDAR's make: the elevations of its lasers and how it scans.
+/// Properties of a LiDAR model: the elevations of its lasers and its scan pattern.
 struct LidarModel {
   std::string_view name;                  ///< as in settings, e.g. "vlp16"
   std::string_view maker;                 ///< e.g. "Velodyne VLP-16"
@@ -31,10 +31,10 @@ struct LidarModel {
 /// @param elevations_rad ascending, not empty
 [[nodiscard]] std::size_t nearest_ring(std::span<const float> elevations_rad, float elevation_rad);
 
-/// The spinning model whose elevations are the measured ones, nullptr if none fits or two fit
-/// equally. Units differ from the design values by up to 0.3 deg, mounting does not matter (the
-/// angles are in the sensor's frame); a sensor's outermost rings may be missing (pointing at
-/// nothing), so up to 1/8 of the model's rings may have no partner.
+/// The spinning model whose elevations match the measured ones, nullptr if none fits. Of several
+/// equal fits the first in the table is returned. Units differ from the design values by up to 0.3
+/// deg. Mounting does not matter: the angles are in the sensor's frame. A sensor's outermost rings
+/// may be missing (no returns), so up to 1/8 of the model's rings may have no partner.
 /// @param elevations_rad ascending
 [[nodiscard]] const LidarModel* identify_lidar(std::span<const float> elevations_rad);
 

@@ -60,7 +60,7 @@ TEST(LidarModels, a_model_is_known_by_its_elevations_within_calibration) {
     if (model.elevations_deg.empty()) continue;
     const LidarModel* found = identify_lidar(elevations_rad(model.name, 0.05F));
     ASSERT_NE(found, nullptr) << model.name;
-    // Models of the same angles share the first name.
+    // Of models with the same angles the first is returned.
     EXPECT_EQ(std::vector<float>(found->elevations_deg.begin(), found->elevations_deg.end()),
               std::vector<float>(model.elevations_deg.begin(), model.elevations_deg.end()))
         << model.name << " taken for " << found->name;

@@ -5,7 +5,7 @@ namespace rali::sensor {
 void LidarScan::clear() {
   for (std::vector<float>* v : {&x_m, &y_m, &z_m, &intensity, &dt_s}) v->clear();
   ring.clear();
-  t_begin = t_end = Time{};
+  t_start = t_end = Time{};
   has_point_times = has_rings = deskewed = false;
   rings = 0;
   dropped_nan = dropped_range = dropped_time = dropped_return = 0;

@@ -28,7 +28,7 @@ TEST(LidarScan, keeps_all_arrays_at_one_length) {
 TEST(LidarScan, clearing_leaves_nothing_of_the_last_sweep_but_its_memory) {
   LidarScan scan;
   for (int k = 0; k < 100; ++k) scan.push_back(1.0F, 2.0F, 3.0F, 4.0F, 0.1F, 3);
-  scan.t_begin = Time::from_s(5.0);
+  scan.t_start = Time::from_s(5.0);
   scan.t_end = Time::from_s(5.1);
   scan.has_point_times = scan.has_rings = scan.deskewed = true;
   scan.rings = 16;
@@ -39,7 +39,7 @@ TEST(LidarScan, clearing_leaves_nothing_of_the_last_sweep_but_its_memory) {
   EXPECT_TRUE(scan.ring.empty());
   EXPECT_TRUE(scan.dt_s.empty());
   EXPECT_TRUE(scan.intensity.empty());
-  EXPECT_EQ(scan.t_begin, Time{});
+  EXPECT_EQ(scan.t_start, Time{});
   EXPECT_EQ(scan.t_end, Time{});
   EXPECT_FALSE(scan.has_point_times || scan.has_rings || scan.deskewed);
   EXPECT_EQ(scan.rings, 0);

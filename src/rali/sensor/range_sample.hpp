@@ -11,9 +11,9 @@ struct RangeSample {
   VehicleId from, to;
   std::uint8_t from_antenna = 0, to_antenna = 0;  ///< index in the vehicle's list of antennas
   double range_m = 0.0;
-  double sigma_m = 0.0;           ///< 0: take the setting's
-  double rssi_dbm = 0.0;          ///< 0: not known
-  double first_path_dbm = 0.0;    ///< 0: not known
+  double sigma_m = 0.0;         ///< 0: take the setting's
+  double rssi_dbm = 0.0;        ///< 0: unknown
+  double first_path_dbm = 0.0;  ///< 0: unknown
 };
 
 /// Strength of the radio link between two vehicles.

@@ -37,7 +37,8 @@ void Builder::wall(const Vec3& a, const Vec3& b, double height_m,
     mesh_.add_quad(left + up(f.bottom_m), inward, up(tall), refl);
     mesh_.add_quad(left + up(f.bottom_m) + across, inward, up(tall), refl);
     mesh_.add_quad(left + up(f.top_m), inward, across, refl);
-    // The floors on both sides end at the faces of the wall: without this one a door has a slot.
+    // The floors on both sides end at the wall's faces: without this quad the floor of a door has a
+    // gap.
     if (f.bottom_m > 0.0 || f.open) mesh_.add_quad(left + up(f.bottom_m), inward, across, refl);
     done = end;
   }
@@ -56,7 +57,7 @@ void Builder::lived_in_wall(const Vec3& a, const Vec3& b, double height_m, doubl
     f.at_m = s;
     const double kind = rng_.uniform();
     if (kind < 0.4 && room_depth_m > 0.0 && s > room_depth_m && s < length - room_depth_m) {
-      // The margin keeps rooms behind two walls of one corner apart.
+      // The margin keeps rooms behind two walls of one corner from overlapping.
       f.open = true;
       f.depth_m = 0.15;
       const double width = std::min(0.75 * spacing_m, 5.0);

@@ -7,8 +7,8 @@
 
 namespace rali::sim {
 
-/// What a straight wall carries, at distances along it. Depth > 0 goes behind the wall, < 0
-/// stands out of it.
+/// A feature of a straight wall at a distance along it. Depth > 0: recessed behind the wall; < 0:
+/// it protrudes from the wall.
 struct WallFeature {
   double at_m = 0.0;  ///< centre along the wall
   double width_m = 0.9;
@@ -19,25 +19,26 @@ struct WallFeature {
   bool open = false;  ///< a hole instead of a back face
 };
 
-/// Puts building parts into a mesh. Walls are seen from the left of the direction a to b:
-/// "behind" is on the right.
+/// Adds building parts to a mesh. The front of a wall is the left side of the direction a to b;
+/// "behind" is the right side.
 class Builder {
  public:
   Builder(TriangleMesh& mesh, Rng& rng) : mesh_(mesh), rng_(rng) {}
 
-  /// Wall from a to b standing on z = a.z(), with features sorted by at_m and not overlapping.
+  /// Wall from a to b with its foot at z = a.z(); features sorted by at_m and not overlapping.
   void wall(const geometry::Vec3& a, const geometry::Vec3& b, double height_m,
             const std::vector<WallFeature>& features, double refl = 0.6);
 
-  /// Wall with the usual things of a building: doors, radiators, cabinets, pilasters about every
-  /// `spacing_m`; `room_depth_m` > 0 opens some doors into furnished rooms of that depth.
+  /// Wall with typical features of a building: doors, radiators, cabinets, pilasters about every
+  /// `spacing_m`. With `room_depth_m` > 0 some doors are open to furnished rooms of that depth.
   void lived_in_wall(const geometry::Vec3& a, const geometry::Vec3& b, double height_m,
                      double spacing_m, double room_depth_m);
 
   /// Floor or ceiling: horizontal rectangle.
   void slab(double x0, double y0, double x1, double y1, double z, double refl = 0.4);
 
-  /// Wall of `a` to `b` split into cells of about cell_m, displaced by noise of amplitude_m.
+  /// Parallelogram at `corner` along u, v in cells of about cell_m, displaced by noise of
+  /// amplitude_m.
   void rough_quad(const geometry::Vec3& corner, const geometry::Vec3& u, const geometry::Vec3& v,
                   double cell_m, double amplitude_m, double grain_m, std::uint64_t seed,
                   double refl);

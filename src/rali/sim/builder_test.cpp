@@ -9,8 +9,8 @@ namespace {
 
 using geometry::Vec3;
 
-// The floor in front ended at the wall and the floor of a room started behind it: each open door
-// had a slot as wide as the wall, which no vehicle can cross.
+// The floor in front ended at the wall and the floor of a room started behind it. Each open door
+// had a gap in its floor as wide as the wall, which no vehicle can cross.
 TEST(Builder, vehicles_drive_into_every_room_behind_an_open_door) {
   std::size_t places = 0;
   for (const std::uint64_t seed : {1U, 2U, 3U}) {

@@ -27,7 +27,7 @@ double distance_to_edge(const Vec2& p, const Vec2& a, const Vec2& b) {
   return (p - a - u * ab).norm();
 }
 
-/// Distance in the plan view; 0 inside.
+/// Distance in the plan view; 0 inside the polygon.
 double distance_to_polygon(const Vec2& p, const ClipPolygon& polygon) {
   double nearest = std::numeric_limits<double>::infinity();
   bool left = true;
@@ -120,14 +120,14 @@ double Clearance::distance_m(const Vec3& ground, const VehicleShape& shape, doub
   return nearest;
 }
 
-std::optional<Vec3> Clearance::first_contact(const std::vector<Vec3>& way,
+std::optional<Vec3> Clearance::first_contact(const std::vector<Vec3>& path,
                                              const VehicleShape& shape) const {
   constexpr double kStep_m = 0.1;
-  for (std::size_t i = 0; i + 1 < way.size(); ++i) {
-    const Vec3 step = way[i + 1] - way[i];
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const Vec3 step = path[i + 1] - path[i];
     const int n = std::max(1, static_cast<int>(std::ceil(step.norm() / kStep_m)));
     for (int k = 0; k <= n; ++k) {
-      const Vec3 p = way[i] + step * (static_cast<double>(k) / n);
+      const Vec3 p = path[i] + step * (static_cast<double>(k) / n);
       if (!free_at(p, shape)) return p;
     }
   }

@@ -102,7 +102,7 @@ sensor::ImuSample ImuModel::measure(const sensor::ImuSample& ideal, double speed
       options_.vibration_gyro_radps * speed_mps * gyro_vibration_.next(shake_, options_.rate_hz);
   const Vec3 accel_shake =
       options_.vibration_accel_mps2 * speed_mps * accel_vibration_.next(shake_, options_.rate_hz);
-  // A vehicle that stands rings no more.
+  // The resonances fade out towards standstill.
   constexpr double kRings_mps = 0.1;
   const double ringing = std::min(1.0, speed_mps / kRings_mps);
   Vec3 gyro_ring = Vec3::Zero();

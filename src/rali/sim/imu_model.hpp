@@ -22,19 +22,19 @@ struct ImuOptions {
   double accel_bias_mps2 = 0.03;       ///< sd per axis of the turn-on bias
   double vibration_gyro_radps = 0.01;  ///< sd at 1 m/s, around 40 Hz
   double vibration_accel_mps2 = 0.3;   ///< sd at 1 m/s, around 40 Hz
-  /// Structural resonances of the vehicle: a few narrow bands that ring while it drives, whatever
-  /// its speed.
+  /// Structural resonances of the vehicle: a few narrow bands excited while it drives, independent
+  /// of its speed.
   double resonance_gyro_radps = 0.0;  ///< rms of each axis
   double resonance_accel_mps2 = 0.0;  ///< rms of each axis
-  double resonance_low_hz = 11.0;     ///< they are drawn from this band
+  double resonance_low_hz = 11.0;     ///< the frequencies are drawn from this band
   double resonance_high_hz = 38.0;
-  double scale_error = 0.0;         ///< of both triads, relative
-  double misalignment_deg = 0.0;    ///< of both triads, each in a random direction
+  double scale_error = 0.0;         ///< of gyroscope and accelerometer, relative
+  double misalignment_deg = 0.0;    ///< of gyroscope and accelerometer, each in a random direction
   double gyro_limit_radps = 35.0;   ///< saturation
   double accel_limit_mps2 = 160.0;  ///< saturation
   double time_offset_s = 0.0;       ///< added to the stamps
-  bool accel_in_g = false;          ///< a driver that forgot the unit
-  bool gyro_in_degps = false;       ///< a driver that forgot the unit
+  bool accel_in_g = false;          ///< simulates a driver with the wrong unit
+  bool gyro_in_degps = false;       ///< simulates a driver with the wrong unit
 
   /// The same sensor without any error.
   [[nodiscard]] static ImuOptions ideal();
@@ -67,11 +67,11 @@ struct ImuOptions {
 
 inline constexpr double kGravity_mps2 = 9.81;
 
-/// What an inertial sensor at T_body_imu feels, without errors: rates and specific force.
+/// Ideal measurement of an inertial sensor at T_body_imu: rates and specific force.
 [[nodiscard]] sensor::ImuSample ideal_imu(Time t, const MotionState& state,
                                           const geometry::SE3& T_body_imu);
 
-/// Adds errors to ideal samples; to be asked in time order.
+/// Adds errors to ideal samples; samples must be passed in time order.
 class ImuModel {
  public:
   ImuModel(const ImuOptions& options, std::uint64_t seed);
@@ -84,7 +84,7 @@ class ImuModel {
   [[nodiscard]] const geometry::Vec3& accel_bias_mps2() const { return accel_bias_; }
 
  private:
-  /// Noise of standard deviation 1 around one frequency, an autoregression of second order.
+  /// Noise with standard deviation 1 around one frequency, a second-order autoregression.
   struct Vibration {
     double centre_hz = 40.0;
     double radius = 0.9;  ///< of the pole: width of the resonance
@@ -93,7 +93,7 @@ class ImuModel {
     geometry::Vec3 next(Rng& rng, double rate_hz);
   };
 
-  /// The sum of the structural resonances, standard deviation 1.
+  /// Sum of the structural resonances, standard deviation 1.
   struct Resonances {
     std::vector<Vibration> modes;
     geometry::Vec3 next(Rng& rng, double rate_hz);

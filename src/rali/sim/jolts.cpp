@@ -9,7 +9,7 @@ using geometry::Vec6;
 
 namespace {
 
-constexpr double kSettle_m = 0.08;  // a wheel has rolled over a joint after so much
+constexpr double kSettle_m = 0.08;  // distance over which the height after a joint decays
 constexpr double kWheelbase_m = 0.4;
 
 /// 0 before the step, 1 after it, twice differentiable between.
@@ -22,7 +22,7 @@ double step_shape(double since_m, double width_m) {
 
 void Jolts::Series::extend_to(double distance_m) {
   if (every_m <= 0.0) return;
-  // One beyond the distance: lag before a slip grows towards the next.
+  // One step beyond the distance: the lag before a slip grows towards the next slip.
   while (at_m.empty() || at_m.back() <= distance_m) {
     at_m.push_back((at_m.empty() ? 0.0 : at_m.back()) + every_m * rng.uniform(0.6, 1.4));
     by_m.push_back(size_m * rng.normal());
@@ -58,7 +58,7 @@ Vec6 Jolts::at(double distance_m, double speed_mps) const {
   }
   const std::ptrdiff_t k = slips_.last_before(distance_m);
   if (slips_.every_m > 0.0) {
-    // Between two slips the body lags more and more; the slip makes up for it.
+    // Between two slips the lag of the body grows; the slip removes it.
     const auto next = static_cast<std::size_t>(k + 1);
     const double from_m = k >= 0 ? slips_.at_m[static_cast<std::size_t>(k)] : 0.0;
     const double lag_m =

@@ -9,16 +9,16 @@
 
 namespace rali::sim {
 
-/// Steps of the body that are shorter than a sample of the inertial sensor: joints between tiles
-/// lift it, and tyres that stick and slip let it lag behind its wheels and then jump. All zero: no
-/// steps.
+/// Steps of the body that are shorter than a sample period of the inertial sensor. Joints between
+/// tiles lift the body; stick-slip of the tyres makes it lag behind its wheels and then jump. All
+/// zero: no steps.
 struct JoltOptions {
   double joint_every_m = 0.0;   ///< distance between joints; 0: none
   double joint_m = 0.0;         ///< height of a step, sd over joints
   double slip_every_m = 0.0;    ///< distance between slips; 0: none
   double slip_m = 0.0;          ///< length of a jump along the heading, sd over slips
   double step_s = 0.0;          ///< duration of a step
-  double measured_ratio = 0.0;  ///< part of the steps that the inertial sensor measures
+  double measured_ratio = 0.0;  ///< fraction of the steps that the inertial sensor measures
 
   template <class V>
   void visit(V& v) {
@@ -32,13 +32,13 @@ struct JoltOptions {
   }
 };
 
-/// Offsets of the body from its smooth trajectory as a function of the distance travelled: nothing
-/// jumps at standstill.
+/// Offsets of the body from its smooth trajectory as a function of the distance travelled, so there
+/// are no jumps at standstill.
 class Jolts {
  public:
   Jolts(const JoltOptions& options, std::uint64_t seed);
 
-  /// Draws the steps up to this distance; at() may be asked up to there from several threads.
+  /// Draws the steps up to this distance; at() is thread-safe up to there.
   void extend_to(double distance_m);
 
   /// Along the heading, left, up [m], roll, pitch, yaw [rad], after `distance_m` at `speed_mps`.
@@ -49,7 +49,7 @@ class Jolts {
   [[nodiscard]] double measured_ratio() const { return options_.measured_ratio; }
 
  private:
-  /// Steps at random distances, sizes normal.
+  /// Steps at random distances with normally distributed sizes.
   struct Series {
     double every_m = 0.0, size_m = 0.0;
     Rng rng;

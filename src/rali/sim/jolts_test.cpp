@@ -29,14 +29,14 @@ TEST(Jolts, no_options_no_offsets) {
 TEST(Jolts, slips_lag_behind_and_never_add_up_to_a_drift) {
   Jolts jolts(tiles(), 3);
   jolts.extend_to(100.0);
-  double least = 0.0;
+  double minimum = 0.0;
   for (double s = 0.0; s < 100.0; s += 0.001) {
     const double x = jolts.at(s, 1.0)[0];
     EXPECT_LE(x, 1e-12);
-    least = std::min(least, x);
+    minimum = std::min(minimum, x);
   }
-  EXPECT_LT(least, -0.003);
-  EXPECT_GT(least, -0.02);
+  EXPECT_LT(minimum, -0.003);
+  EXPECT_GT(minimum, -0.02);
 }
 
 TEST(Jolts, a_step_is_over_before_the_next_inertial_sample) {

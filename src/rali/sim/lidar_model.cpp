@@ -22,7 +22,7 @@ std::vector<double> radians(std::span<const float> angles_deg) {
 }
 
 /// OS1-64 of the first generation: 64 beams from -16.611 to 16.611 deg in equal steps (default
-/// beam_altitude_angles of the maker's client).
+/// beam_altitude_angles of the manufacturer's client).
 std::vector<double> os1_64_angles() {
   std::vector<double> out;
   for (int i = 0; i < 64; ++i) out.push_back((-16.611 + 33.222 * i / 63.0) * kDegree);
@@ -85,7 +85,7 @@ FiringOrder firing_order(Lidar kind, int rings) {
   return order;
 }
 
-/// Ouster's lasers sit in four columns side by side, so neighbouring rings look aside by turns.
+/// Ouster's lasers sit in four columns side by side, so neighbouring rings have azimuth offsets.
 double azimuth_offset_rad(Lidar kind, int ring) {
   const double outer_deg = kind == Lidar::kOs1_64 ? 3.164 : (kind == Lidar::kOs0_128 ? 10.7 : 0.0);
   constexpr std::array<double, 4> kPart{1.0, 1.0 / 3.0, -1.0 / 3.0, -1.0};
@@ -97,7 +97,7 @@ double azimuth_offset_rad(Lidar kind, int ring) {
 LidarModel::LidarModel(Lidar kind)
     : kind_(kind), firings_(firings_of(kind)), elevations_rad_(ring_angles(kind)) {
   rings_ = kind == Lidar::kLivox ? 6 : static_cast<int>(elevations_rad_.size());
-  const double period_us = 1e6 * sweep_s() / firings_;
+  const double period_us = 1e6 * scan_s() / firings_;
   const FiringOrder order = firing_order(kind, rings_);
   order_ = order.rings;
   phase_.assign(order_.size(), 0.0);
@@ -119,9 +119,9 @@ void LidarModel::aim_rings() {
   ring_.clear();
   for (std::size_t r = 0; r < elevations_rad_.size(); ++r) {
     const double e = elevations_rad_[r];
-    const double aside = azimuth_offset_rad(kind_, static_cast<int>(r));
-    ring_.push_back({static_cast<float>(std::cos(e) * std::cos(aside)),
-                     static_cast<float>(std::cos(e) * std::sin(aside)),
+    const double lateral = azimuth_offset_rad(kind_, static_cast<int>(r));
+    ring_.push_back({static_cast<float>(std::cos(e) * std::cos(lateral)),
+                     static_cast<float>(std::cos(e) * std::sin(lateral)),
                      static_cast<float>(std::sin(e))});
   }
 }
@@ -131,8 +131,8 @@ void LidarModel::raise_rings(std::span<const double> raised_rad) {
   aim_rings();
 }
 
-geometry::Vec3f LidarModel::beam(int ring, int firing, std::int64_t sweep) const {
-  if (kind_ == Lidar::kLivox) return rosette(ring, firing, sweep);
+geometry::Vec3f LidarModel::beam(int ring, int firing, std::int64_t scan) const {
+  if (kind_ == Lidar::kLivox) return rosette(ring, firing, scan);
   const auto r = static_cast<std::size_t>(ring);
   const auto a = static_cast<std::size_t>(firing);
   const float c = cos_azimuth_[a];
@@ -141,14 +141,14 @@ geometry::Vec3f LidarModel::beam(int ring, int firing, std::int64_t sweep) const
   return {d.x() * c - d.y() * s, d.x() * s + d.y() * c, d.z()};
 }
 
-/// Two counter-rotating wedge prisms: the sum of two turning deflections fills a cone of 70 deg
+/// Two counter-rotating wedge prisms: the sum of two rotating deflections fills a cone of 70 deg
 /// and does not repeat within minutes (speeds 7294 and -4664 rpm have no small common period).
-geometry::Vec3f LidarModel::rosette(int line, int firing, std::int64_t sweep) const {
+geometry::Vec3f LidarModel::rosette(int line, int firing, std::int64_t scan) const {
   constexpr double kDeflection_rad = 17.5 * kDegree;
   constexpr double kFirst_hz = 7294.0 / 60.0;
   constexpr double kSecond_hz = -4664.0 / 60.0;
   const double t_s =
-      sweep_s() * (static_cast<double>(sweep) + static_cast<double>(firing) / firings_);
+      scan_s() * (static_cast<double>(scan) + static_cast<double>(firing) / firings_);
   const auto turned = [&](double hz) {
     const double turns = hz * t_s;
     return 2.0 * std::numbers::pi * (turns - std::floor(turns));

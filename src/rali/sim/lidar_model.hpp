@@ -15,7 +15,7 @@ inline constexpr ChoiceNames<7> kLidarNames{"rs16",   "vlp16",   "hdl32e", "hdl6
                                             "os1_64", "os0_128", "livox"};
 
 /// A sensor as a list of firings; within a firing the lasers fire in the order and at the times of
-/// the real sensor. Rings are counted from the lowest upwards.
+/// the real sensor. Rings are counted upwards from the lowest.
 class LidarModel {
  public:
   explicit LidarModel(Lidar kind);
@@ -24,16 +24,16 @@ class LidarModel {
 
   [[nodiscard]] int firings() const { return firings_; }
 
-  [[nodiscard]] double sweep_s() const { return 0.1; }
+  [[nodiscard]] double scan_s() const { return 0.1; }
 
-  /// Direction of laser `ring` in firing `firing` of sweep number `sweep` (a spinning sensor
-  /// repeats itself, a rosette does not): unit vector in the sensor frame, x ahead, z up.
-  [[nodiscard]] geometry::Vec3f beam(int ring, int firing, std::int64_t sweep) const;
+  /// Direction of laser `ring` in firing `firing` of scan number `scan`: unit vector in the sensor
+  /// frame, x ahead, z up. A spinning sensor repeats its pattern every scan, a rosette does not.
+  [[nodiscard]] geometry::Vec3f beam(int ring, int firing, std::int64_t scan) const;
 
-  /// Raises each ring of a spinning sensor by an angle [rad], one per ring; a rosette has none.
+  /// Raises each ring of a spinning sensor by an angle [rad], one per ring; rosettes have no rings.
   void raise_rings(std::span<const double> raised_rad);
 
-  /// When it fires, in units of one firing period after the start of the firing, in [0, 1).
+  /// Firing time in units of one firing period after the start of the firing, in [0, 1).
   [[nodiscard]] double phase(int ring) const { return phase_[static_cast<std::size_t>(ring)]; }
 
   /// Rings in the order in which they fire.
@@ -44,7 +44,7 @@ class LidarModel {
 
  private:
   void aim_rings();
-  [[nodiscard]] geometry::Vec3f rosette(int line, int firing, std::int64_t sweep) const;
+  [[nodiscard]] geometry::Vec3f rosette(int line, int firing, std::int64_t scan) const;
 
   Lidar kind_;
   int rings_ = 16;
@@ -52,7 +52,7 @@ class LidarModel {
   std::vector<double> elevations_rad_;
   std::vector<int> order_;
   std::vector<double> phase_;          ///< by ring
-  std::vector<geometry::Vec3f> ring_;  ///< direction of each ring when the sensor looks ahead
+  std::vector<geometry::Vec3f> ring_;  ///< direction of each ring at azimuth zero
   std::vector<float> cos_azimuth_, sin_azimuth_;
 };
 

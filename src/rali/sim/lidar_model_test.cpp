@@ -70,7 +70,7 @@ TEST(LidarModel, lasers_of_vlp16_fire_a_lower_then_an_upper_one_every_2304_ns) {
   for (std::size_t k = 0; k < manual.size(); ++k) {
     const int ring = vlp.order()[k];
     EXPECT_NEAR(degrees(vlp.elevations_rad()[static_cast<std::size_t>(ring)]), manual[k], 1e-5);
-    EXPECT_NEAR(vlp.phase(ring) * 1e6 * vlp.sweep_s() / vlp.firings(),
+    EXPECT_NEAR(vlp.phase(ring) * 1e6 * vlp.scan_s() / vlp.firings(),
                 2.304 * static_cast<double>(k), 1e-9);
   }
 }
@@ -81,7 +81,7 @@ TEST(LidarModel, channels_of_rs16_fire_upwards_then_downwards_every_2800_ns) {
   for (std::size_t k = 0; k < manual.size(); ++k) {
     const int ring = rs.order()[k];
     EXPECT_NEAR(degrees(rs.elevations_rad()[static_cast<std::size_t>(ring)]), manual[k], 1e-5);
-    EXPECT_NEAR(rs.phase(ring) * 1e6 * rs.sweep_s() / rs.firings(), 2.8 * static_cast<double>(k),
+    EXPECT_NEAR(rs.phase(ring) * 1e6 * rs.scan_s() / rs.firings(), 2.8 * static_cast<double>(k),
                 1e-9);
   }
 }
@@ -93,7 +93,7 @@ TEST(LidarModel, lasers_of_hdl32e_fire_as_in_the_manual) {
     const int ring = hdl.order()[k];
     EXPECT_NEAR(degrees(hdl.elevations_rad()[static_cast<std::size_t>(ring)]), manual[k], 0.01);
   }
-  EXPECT_NEAR(1e6 * hdl.sweep_s() / hdl.firings(), 46.08, 0.01);
+  EXPECT_NEAR(1e6 * hdl.scan_s() / hdl.firings(), 46.08, 0.01);
 }
 
 TEST(LidarModel, every_ring_fires_once_within_its_period) {
@@ -125,10 +125,11 @@ TEST(LidarModel, beams_stand_at_their_elevation_and_turn_clockwise) {
 
 TEST(LidarModel, columns_of_os1_64_are_staggered_by_four) {
   const LidarModel os(Lidar::kOs1_64);
-  const std::vector<double> aside = {3.164, 1.055, -1.055, -3.164};  // beam_azimuth_angles
+  const std::vector<double> lateral = {3.164, 1.055, -1.055, -3.164};  // beam_azimuth_angles
   for (int ring = 0; ring < 8; ++ring) {
     const Vec3 d = os.beam(ring, 0, 0).cast<double>();
-    EXPECT_NEAR(degrees(std::atan2(d.y(), d.x())), aside[static_cast<std::size_t>(ring % 4)], 1e-3);
+    EXPECT_NEAR(degrees(std::atan2(d.y(), d.x())), lateral[static_cast<std::size_t>(ring % 4)],
+                1e-3);
   }
 }
 
@@ -138,11 +139,11 @@ TEST(LidarModel, a_rosette_does_not_repeat_itself_and_fills_its_cone) {
   const Vec3 later = livox.beam(0, 100, 1).cast<double>();
   EXPECT_NEAR(first.norm(), 1.0, 1e-6);
   EXPECT_GT((first - later).norm(), 0.01);
-  const auto covered = [&](int sweeps) {
+  const auto covered = [&](int scans) {
     std::set<std::pair<int, int>> cells;  // of 1 deg
-    for (int sweep = 0; sweep < sweeps; ++sweep) {
+    for (int scan = 0; scan < scans; ++scan) {
       for (int firing = 0; firing < livox.firings(); ++firing) {
-        const Vec3 d = livox.beam(3, firing, sweep).cast<double>();
+        const Vec3 d = livox.beam(3, firing, scan).cast<double>();
         EXPECT_GT(d.x(), 0.8);  // within 36 deg of the axis
         cells.emplace(static_cast<int>(std::floor(degrees(std::atan2(d.y(), d.x())))),
                       static_cast<int>(std::floor(degrees(std::asin(d.z())))));

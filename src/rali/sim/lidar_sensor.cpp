@@ -50,15 +50,16 @@ double LidarSensor::measured_range_m(const Hit& hit, std::size_t ring, float nei
   if (hit.range_m <= 0.0F) return 0.0;
   double range = static_cast<double>(hit.range_m);
   if (options_.dropouts) {
-    // Received light of a matt surface against the limit 20 % white at max_range, head on.
+    // Received light of a matt surface relative to the limit: 20 % white at max_range, normal
+    // incidence.
     const double reach = options_.max_range_m / range;
     const double light = static_cast<double>(hit.reflectivity) / 0.2 *
                          static_cast<double>(hit.cos_incidence) * reach * reach;
     if (light < 3.0 && drop_.uniform() > 1.0 - std::exp(-3.0 * light)) return 0.0;
   }
   if (options_.mixed_fraction > 0.0 && neighbour_m > 0.0F) {
-    // The beam is about as wide as the step between firings: at an edge it lights both surfaces,
-    // and if these are nearer than a pulse length, the sensor reports something in between.
+    // The beam is about as wide as the step between firings, so at an edge it hits both surfaces.
+    // If these are less than a pulse length apart, the sensor reports a range between them.
     const double gap = static_cast<double>(neighbour_m) - range;
     if (std::abs(gap) > 0.15 && std::abs(gap) < 1.5 && edge_.uniform() < options_.mixed_fraction) {
       range += edge_.uniform() * gap;
@@ -71,7 +72,7 @@ double LidarSensor::measured_range_m(const Hit& hit, std::size_t ring, float nei
 void LidarSensor::cast_block(std::int64_t number, double start_s, const PoseAt& pose_at,
                              const RayCaster& world, Scratch& scratch, int begin, int end) {
   const int rings = model_.rings();
-  const double period_s = model_.sweep_s() / model_.firings();
+  const double period_s = model_.scan_s() / model_.firings();
   const std::size_t first = static_cast<std::size_t>(begin) * static_cast<std::size_t>(rings);
   const std::size_t count = static_cast<std::size_t>(end - begin) * static_cast<std::size_t>(rings);
   scratch.rays.resize(count);
@@ -83,7 +84,7 @@ void LidarSensor::cast_block(std::int64_t number, double start_s, const PoseAt& 
     for (int ring = 0; ring < rings; ++ring, ++ray) {
       const double phase = model_.phase(ring);
       const Vec3 beam = lasers_.beam(ring, firing, number).cast<double>();
-      // Within 0.1 ms the pose is a straight line to far below a micrometre.
+      // Within 0.1 ms linear interpolation of the pose is exact to far below a micrometre.
       ray->origin = now.p + phase * (next.p - now.p);
       ray->direction = now.R * beam + phase * (next.R * beam - now.R * beam);
     }
@@ -91,7 +92,7 @@ void LidarSensor::cast_block(std::int64_t number, double start_s, const PoseAt& 
   }
   world.cast_all(scratch.rays, options_.max_range_m + 1.0, hits);
   if (scratch.others.empty()) return;
-  // A block lasts 2 ms: nobody walks more than 3 mm. Vehicles are placed for each firing.
+  // A block lasts 2 ms: a person walks less than 3 mm. Vehicles are placed for each firing.
   scratch.others.place_people_at(start_s + begin * period_s);
   for (std::size_t i = 0; i < count; ++i) {
     if (i % static_cast<std::size_t>(rings) == 0) {
@@ -102,9 +103,9 @@ void LidarSensor::cast_block(std::int64_t number, double start_s, const PoseAt& 
   }
 }
 
-const RawSweep& LidarSensor::measure_sweep(std::int64_t number, double start_s,
-                                           const PoseAt& pose_at, const RayCaster& world,
-                                           const MovingScene& others, Executor& executor) {
+const RawScan& LidarSensor::measure_scan(std::int64_t number, double start_s, const PoseAt& pose_at,
+                                         const RayCaster& world, const MovingScene& others,
+                                         Executor& executor) {
   constexpr std::size_t kBlock = 32;
   const auto firings = static_cast<std::size_t>(model_.firings());
   const auto rings = static_cast<std::size_t>(model_.rings());
@@ -130,12 +131,12 @@ const RawSweep& LidarSensor::measure_sweep(std::int64_t number, double start_s,
   return raw_;
 }
 
-std::shared_ptr<const sensor::LidarScan> expand(const RawSweep& raw, const LidarModel& model,
-                                                double resolution_m, Time t_begin) {
+std::shared_ptr<const sensor::LidarScan> expand(const RawScan& raw, const LidarModel& model,
+                                                double resolution_m, Time t_start) {
   auto scan = std::make_shared<sensor::LidarScan>();
-  const double period_s = model.sweep_s() / model.firings();
+  const double period_s = model.scan_s() / model.firings();
   scan->reserve(raw.range_steps.size());
-  scan->t_begin = t_begin;
+  scan->t_start = t_start;
   scan->has_point_times = true;
   scan->has_rings = true;
   scan->rings = static_cast<std::uint16_t>(model.rings());
@@ -157,7 +158,7 @@ std::shared_ptr<const sensor::LidarScan> expand(const RawSweep& raw, const Lidar
     }
   }
   const float last_s = scan->dt_s.empty() ? 0.0F : scan->dt_s.back();
-  scan->t_end = t_begin + Duration::from_s(static_cast<double>(last_s));
+  scan->t_end = t_start + Duration::from_s(static_cast<double>(last_s));
   return scan;
 }
 

@@ -18,17 +18,17 @@ namespace rali::sim {
 /// Errors and limits of the ranging.
 struct LidarOptions {
   double noise_m = 0.02;  ///< sd of the range
-  /// Errors of each laser that stay with the sensor, drawn once: they drive along with the vehicle.
-  /// A VLP-16 leaves the works with about 0.01 m and 0.05 deg (Glennie, Kusari, Facchin 2016).
+  /// Errors of each laser, constant over time and drawn once, so they move with the vehicle.
+  /// A new VLP-16 has about 0.01 m and 0.05 deg (Glennie, Kusari, Facchin 2016).
   double laser_offset_m = 0.0;       ///< sd of the constant range error of a laser
   double laser_elevation_deg = 0.0;  ///< sd of the error of its elevation; rosettes have none
   double resolution_m = 0.002;  ///< step of the reported range; max_range_m fits in 65535 steps
   double min_range_m = 0.4;
   double max_range_m = 100.0;
-  bool dropouts = true;          ///< weak returns (far, dark, grazing) get lost
+  bool dropouts = true;          ///< weak returns (far, dark, grazing) are lost
   double mixed_fraction = 0.25;  ///< of points at range edges that lie between the surfaces
 
-  /// Typical precision, resolution and reach of this model's data sheet.
+  /// Typical precision, resolution and range of this model's data sheet.
   [[nodiscard]] static LidarOptions of(Lidar kind);
 
   template <class V>
@@ -44,41 +44,41 @@ struct LidarOptions {
   }
 };
 
-/// One sweep as the sensor's electronics give it: counts per firing and laser, index
-/// firing * rings + ring. Three bytes per ray: what a recording needs to be kept.
-struct RawSweep {
-  std::int64_t number = 0;                 ///< sweeps since the start
+/// Raw output of one scan: counts per firing and laser, index firing * rings + ring. Three bytes
+/// per ray: compact enough to store recordings.
+struct RawScan {
+  std::int64_t number = 0;                 ///< scans since the start
   std::vector<std::uint16_t> range_steps;  ///< times resolution_m; 0: no return
   std::vector<std::uint8_t> intensity;
 };
 
-/// The points of a sweep that starts at t_begin.
-[[nodiscard]] std::shared_ptr<const sensor::LidarScan> expand(const RawSweep& raw,
+/// The points of a scan that starts at t_start.
+[[nodiscard]] std::shared_ptr<const sensor::LidarScan> expand(const RawScan& raw,
                                                               const LidarModel& model,
-                                                              double resolution_m, Time t_begin);
+                                                              double resolution_m, Time t_start);
 
-/// Turns poses into sweeps.
+/// Simulates scans from poses.
 class LidarSensor {
  public:
   using PoseAt = std::function<geometry::SE3(double t_s)>;  ///< T_world_lidar
 
   LidarSensor(Lidar kind, const LidarOptions& options, std::uint64_t seed);
 
-  /// Measures sweep `number`, which starts at start_s: each ray leaves from the sensor's pose at
-  /// its own instant and meets the others where they are at that instant. Rays are cast in blocks
-  /// by `executor`; the result does not depend on it. pose_at must be safe to call from several
-  /// threads. Valid until the next call.
-  [[nodiscard]] const RawSweep& measure_sweep(std::int64_t number, double start_s,
-                                              const PoseAt& pose_at, const RayCaster& world,
-                                              const MovingScene& others, Executor& executor);
+  /// Measures scan `number`, which starts at start_s. Each ray starts at the sensor's pose at its
+  /// own instant, with moving objects placed at that instant. `executor` casts rays in blocks; the
+  /// result does not depend on it. pose_at must be safe to call from several threads. Valid until
+  /// the next call.
+  [[nodiscard]] const RawScan& measure_scan(std::int64_t number, double start_s,
+                                            const PoseAt& pose_at, const RayCaster& world,
+                                            const MovingScene& others, Executor& executor);
 
-  /// The last sweep.
-  [[nodiscard]] const RawSweep& raw() const { return raw_; }
+  /// The last scan.
+  [[nodiscard]] const RawScan& raw() const { return raw_; }
 
   [[nodiscard]] const LidarModel& model() const { return model_; }
 
  private:
-  /// What one block of firings needs: kept, so that nothing is allocated per sweep.
+  /// Buffers for one block of firings, kept to avoid allocations per scan.
   struct Scratch {
     MovingScene others;
     std::vector<Ray> rays;
@@ -86,18 +86,18 @@ class LidarSensor {
 
   void cast_block(std::int64_t number, double start_s, const PoseAt& pose_at,
                   const RayCaster& world, Scratch& scratch, int begin, int end);
-  /// Reported range [m] of a true hit, 0 if it got lost.
+  /// Reported range [m] of a true hit, 0 if it was lost.
   [[nodiscard]] double measured_range_m(const Hit& hit, std::size_t ring, float neighbour_m);
 
-  LidarModel model_;   ///< as the maker states it: what the points are computed by
-  LidarModel lasers_;  ///< as built: where the rays go
+  LidarModel model_;   ///< nominal model of the maker: used to compute the points
+  LidarModel lasers_;  ///< actual lasers: used to cast the rays
   std::vector<double> laser_offset_m_;
   LidarOptions options_;
   Rng noise_, drop_, edge_;
   std::vector<float> before_m_;  ///< true range of each ring in the firing before
-  std::vector<Hit> hits_;        ///< true ones of the sweep
+  std::vector<Hit> hits_;        ///< true hits of the scan
   std::vector<Scratch> scratch_;
-  RawSweep raw_;
+  RawScan raw_;
 };
 
 }  // namespace rali::sim

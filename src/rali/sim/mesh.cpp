@@ -75,7 +75,7 @@ Vec3 TriangleMesh::upper_corner() const {
 
 namespace {
 
-/// Value in [-1, 1] of one lattice point: a hash, so that no table must be kept.
+/// Value in [-1, 1] of one lattice point: a hash, so that no table is needed.
 double lattice_value(std::int64_t i, std::int64_t j, std::int64_t k, std::uint64_t seed) {
   std::uint64_t h = seed;
   for (const std::int64_t index : {i, j, k}) {

@@ -11,17 +11,17 @@ namespace rali::sim {
 enum class Carrier { kCart, kHandheld, kDrone };
 inline constexpr ChoiceNames<3> kCarrierNames{"cart", "handheld", "drone"};
 
-/// How the vehicle follows its route.
+/// Parameters of the vehicle's motion along its route.
 struct MotionOptions {
   Carrier carrier = Carrier::kCart;
   double speed_mps = 1.4;  ///< on straights, before speed_factor; varies by +-30 %
   double speed_factor = 1.0;
-  double standstill_s = 3.0;        ///< standing at the start; 0: the recording starts in motion
-  double acceleration_mps2 = 0.6;   ///< along the way
+  double standstill_s = 3.0;        ///< standstill at the start; 0: the recording starts in motion
+  double acceleration_mps2 = 0.6;   ///< along the path
   double yaw_rate_max_radps = 0.7;  ///< slows down in bends
   double body_height_m = 0.25;      ///< of the body's origin above the ground
   double suspension = 1.0;          ///< scale of the jolts; 0: rigid
-  double wander_m = 0.15;           ///< swings to the sides of the route
+  double wander_m = 0.15;           ///< lateral swing about the route
   JoltOptions jolts;
 
   template <class V>
@@ -39,13 +39,13 @@ struct MotionOptions {
   }
 };
 
-/// Speed along a route that keeps to the limits of bends and acceleration and ends at rest.
+/// Speed along a route that respects the limits of bends and acceleration and ends at zero.
 class SpeedProfile {
  public:
-  /// @param from_rest  starts at rest too
+  /// @param from_rest  starts at zero speed too
   SpeedProfile(const Route& route, const MotionOptions& options, bool from_rest, Rng& rng);
 
-  /// Speed [m/s] after s metres.
+  /// Speed [m/s] at arc length s [m].
   [[nodiscard]] double at(double s_m) const;
 
  private:

@@ -14,12 +14,12 @@ using geometry::Vec3;
 
 /// Largest tilt [rad] between two times.
 double tilt(const Trajectory& t, double from_s, double to_s) {
-  double most = 0.0;
+  double maximum = 0.0;
   for (double s = from_s; s <= to_s; s += 0.005) {
     const Vec3 rpy = geometry::rpy_from_rotation(t.pose_at(s).R);
-    most = std::max({most, std::abs(rpy.x()), std::abs(rpy.y())});
+    maximum = std::max({maximum, std::abs(rpy.x()), std::abs(rpy.y())});
   }
-  return most;
+  return maximum;
 }
 
 TEST(Motion, a_recording_that_begins_in_motion_begins_without_a_blow) {
@@ -30,14 +30,14 @@ TEST(Motion, a_recording_that_begins_in_motion_begins_without_a_blow) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Trajectory t = make_trajectory(straight, o, seed);
     EXPECT_GT(t.at(0.0).v_world_mps.norm(), 0.3);
-    // Before the first bump (2 m) the body stands still on its springs.
+    // Before the first bump (2 m) the body is at rest on its springs.
     EXPECT_LT(tilt(t, 0.0, 1.0), 0.05) << "seed " << seed;
     EXPECT_LT(t.at(0.0).a_world_mps2.norm(), 1.5);
     EXPECT_LT(t.at(0.0).omega_body_radps.norm(), 0.1);
   }
 }
 
-// Holding the spline's last derivatives would give a gyro that turns and a body that does not.
+// With the spline's last derivatives held, the gyroscope would turn while the body does not.
 TEST(Motion, a_vehicle_that_has_arrived_feels_gravity_alone) {
   std::vector<Trajectory::Control> controls;
   for (int i = 0; i < 8; ++i) controls.push_back(0.1 * i * Trajectory::Control::Ones());

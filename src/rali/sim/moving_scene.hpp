@@ -8,16 +8,16 @@
 
 namespace rali::sim {
 
-/// All that moves and that one LiDAR sees: people and the other vehicles. Cheap to copy; a copy
-/// can be placed at another time, so that parts of a sweep can be cast side by side.
+/// All moving objects that one LiDAR sees: people and the other vehicles. Cheap to copy; a copy
+/// can be placed at another time, so that parts of a scan can be cast in parallel.
 class MovingScene {
  public:
-  /// Nobody.
+  /// Without moving objects.
   MovingScene() = default;
 
   explicit MovingScene(Pedestrians people) : people_(std::move(people)) {}
 
-  /// @param trajectory  must outlive this scene and cover the times asked for
+  /// @param trajectory  must outlive this scene and cover the requested times
   void add_vehicle(const VehicleLook& look, const Trajectory& trajectory);
 
   void place_people_at(double t_s);
@@ -28,7 +28,7 @@ class MovingScene {
     place_vehicles_at(t_s);
   }
 
-  /// Shortens `hit` if somebody stands in the way of the ray.
+  /// Shortens `hit` if a moving object intersects the ray before it.
   void cast(const geometry::Vec3& origin, const geometry::Vec3& direction, Hit& hit) const;
 
   [[nodiscard]] bool empty() const { return people_.empty() && vehicles_.empty(); }

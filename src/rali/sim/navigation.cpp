@@ -18,15 +18,15 @@ using internal::Span;
 
 namespace {
 
-// Straight steps first, so that a diagonal can look at its two straight neighbours.
+// Straight steps first, so that a diagonal step can check its two straight neighbours.
 constexpr std::array<std::array<int, 2>, 8> kSteps{
     {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
-constexpr double kReach_m = 0.5;  ///< in height, between a point and the ground below it
+constexpr double kReach_m = 0.5;  ///< in height, between a point and the ground
 
 double step_length(std::size_t k) { return k < 4 ? 1.0 : std::sqrt(2.0); }
 
-/// Open node of a search; the smallest cost comes first, then the smallest index: one order on
-/// every machine.
+/// Open node of a search; smallest cost first, then smallest index, so that the order is the same
+/// on every machine.
 struct Open {
   float cost;
   std::int32_t node;
@@ -41,12 +41,12 @@ struct Open {
 Result<NavigationGrid> NavigationGrid::build(const TriangleMesh& mesh,
                                              const NavigationOptions& options) {
   if (mesh.triangles.empty()) return fail(ErrorCode::kUsage, "mesh", "has no triangles");
-  constexpr double kCellsMost = 3e7;
-  constexpr double kCellMost_m = 0.25;
+  constexpr double kCellsMax = 3e7;
+  constexpr double kCellMax_m = 0.25;
   NavigationGrid grid(options);
-  while (internal::cells_touched(mesh, grid.options_.cell_m) > kCellsMost) {
+  while (internal::cells_touched(mesh, grid.options_.cell_m) > kCellsMax) {
     grid.options_.cell_m *= 1.25;
-    if (grid.options_.cell_m > kCellMost_m) {
+    if (grid.options_.cell_m > kCellMax_m) {
       return fail(ErrorCode::kUsage, "mesh", "is too large to plan paths in it",
                   "Give the routes, or cut the mesh to the part that is driven.");
     }
@@ -222,7 +222,7 @@ void NavigationGrid::search(std::int32_t from, std::int32_t to, std::vector<std:
       const std::int32_t next = node.next[k];
       if (!passable(next)) continue;
       const double room = static_cast<double>(nodes_[static_cast<std::size_t>(next)].clearance_m);
-      // Twice the price beside a wall, falling to one at the preferred distance.
+      // The cost is doubled beside a wall and falls to one at the preferred distance.
       const double price = 1.0 + std::max(0.0, 1.0 - room / options_.prefer_m);
       const auto far = here + static_cast<float>(step_length(k) * options_.cell_m * price);
       if (far >= cost[static_cast<std::size_t>(next)]) continue;
@@ -238,7 +238,7 @@ double NavigationGrid::line_clearance(std::int32_t from, std::int32_t to) const 
   const Vec3 step = centre(to) - a;
   const int n =
       std::max(1, static_cast<int>(std::ceil(step.head<2>().norm() / (0.5 * options_.cell_m))));
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   std::int32_t here = from;
   for (int i = 1; i <= n; ++i) {
     const Vec3 p = a + step * (static_cast<double>(i) / n);
@@ -251,26 +251,26 @@ double NavigationGrid::line_clearance(std::int32_t from, std::int32_t to) const 
       if (!passable(here)) return -1.0;
     }
     const double room = static_cast<double>(nodes_[static_cast<std::size_t>(here)].clearance_m);
-    least = std::min(least, room);
+    minimum = std::min(minimum, room);
   }
-  return here == to ? least : -1.0;
+  return here == to ? minimum : -1.0;
 }
 
-std::vector<std::int32_t> NavigationGrid::shortened(const std::vector<std::int32_t>& way) const {
-  constexpr std::size_t kFarthest = 400;  // nodes that one straight piece replaces
-  std::vector<std::int32_t> corners{way.front()};
+std::vector<std::int32_t> NavigationGrid::shortened(const std::vector<std::int32_t>& path) const {
+  constexpr std::size_t kFarthest = 400;  // nodes replaced by one straight segment
+  std::vector<std::int32_t> corners{path.front()};
   std::size_t at = 0;
-  while (at + 1 < way.size()) {
-    double least = options_.prefer_m;  // a shortcut may not come nearer to walls than the way
+  while (at + 1 < path.size()) {
+    double minimum = options_.prefer_m;  // shortcuts keep at least this distance from walls
     std::size_t best = at + 1;
-    const std::size_t end = std::min(way.size(), at + kFarthest);
+    const std::size_t end = std::min(path.size(), at + kFarthest);
     for (std::size_t i = at + 1; i < end; ++i) {
-      const Node& node = nodes_[static_cast<std::size_t>(way[i])];
-      least = std::min(least, static_cast<double>(node.clearance_m));
-      if (line_clearance(way[at], way[i]) >= least) best = i;
+      const Node& node = nodes_[static_cast<std::size_t>(path[i])];
+      minimum = std::min(minimum, static_cast<double>(node.clearance_m));
+      if (line_clearance(path[at], path[i]) >= minimum) best = i;
     }
     at = best;
-    corners.push_back(way[at]);
+    corners.push_back(path[at]);
   }
   return corners;
 }
@@ -294,13 +294,13 @@ Result<std::vector<Vec3>> NavigationGrid::plan(const Vec3& from, const Vec3& to)
                             "vehicle of radius {} m",
                             from.x(), from.y(), to.x(), to.y(), options_.radius_m));
   }
-  std::vector<std::int32_t> way;
+  std::vector<std::int32_t> path;
   for (std::int32_t node = last; node >= 0; node = before[static_cast<std::size_t>(node)]) {
-    way.push_back(node);
+    path.push_back(node);
   }
-  std::reverse(way.begin(), way.end());
+  std::reverse(path.begin(), path.end());
   std::vector<Vec3> points;
-  for (const std::int32_t node : shortened(way)) points.push_back(centre(node));
+  for (const std::int32_t node : shortened(path)) points.push_back(centre(node));
   if (points.size() == 1) points.push_back(points.front());
   points.front() = {from.x(), from.y(), points.front().z()};
   points.back() = {to.x(), to.y(), points.back().z()};

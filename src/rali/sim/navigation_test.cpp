@@ -22,9 +22,9 @@ TriangleMesh rooms(double door_m) {
   return floor_plan_mesh(plan).value();
 }
 
-double length(const std::vector<Vec3>& way) {
+double length(const std::vector<Vec3>& path) {
   double sum = 0.0;
-  for (std::size_t i = 1; i < way.size(); ++i) sum += (way[i] - way[i - 1]).norm();
+  for (std::size_t i = 1; i < path.size(); ++i) sum += (path[i] - path[i - 1]).norm();
   return sum;
 }
 
@@ -73,24 +73,24 @@ TEST(Navigation, ways_lead_through_the_door_and_are_nearly_the_shortest) {
   const TriangleMesh mesh = rooms(1.0);
   const auto grid = NavigationGrid::build(mesh);
   ASSERT_TRUE(grid) << grid.error().message();
-  const auto way = grid->plan({1.0, 3.0, 0.0}, {9.0, 3.0, 0.0});
-  ASSERT_TRUE(way) << way.error().message();
+  const auto path = grid->plan({1.0, 3.0, 0.0}, {9.0, 3.0, 0.0});
+  ASSERT_TRUE(path) << path.error().message();
   const double shortest = 2.0 * std::hypot(4.1, 1.0);
-  EXPECT_GE(length(*way), shortest - 0.3);
-  EXPECT_LE(length(*way), shortest * 1.06);
-  EXPECT_LE(way->size(), 8U);
-  EXPECT_EQ(way->front(), Vec3(1.0, 3.0, 0.0));
-  EXPECT_EQ(way->back(), Vec3(9.0, 3.0, 0.0));
-  EXPECT_FALSE(Clearance(mesh).first_contact(*way, {}));
+  EXPECT_GE(length(*path), shortest - 0.3);
+  EXPECT_LE(length(*path), shortest * 1.06);
+  EXPECT_LE(path->size(), 8U);
+  EXPECT_EQ(path->front(), Vec3(1.0, 3.0, 0.0));
+  EXPECT_EQ(path->back(), Vec3(9.0, 3.0, 0.0));
+  EXPECT_FALSE(Clearance(mesh).first_contact(*path, {}));
 }
 
-TEST(Navigation, too_narrow_doors_are_no_way) {
+TEST(Navigation, too_narrow_doors_are_no_path) {
   const TriangleMesh mesh = rooms(0.5);
   const auto grid = NavigationGrid::build(mesh);
-  const auto way = grid->plan({1.0, 3.0, 0.0}, {9.0, 3.0, 0.0});
-  ASSERT_FALSE(way);
-  EXPECT_EQ(way.error().code, ErrorCode::kNoAnswer);
-  EXPECT_NE(way.error().what.find("there is no path from [1.00, 3.00] to [9.00, 3.00]"),
+  const auto path = grid->plan({1.0, 3.0, 0.0}, {9.0, 3.0, 0.0});
+  ASSERT_FALSE(path);
+  EXPECT_EQ(path.error().code, ErrorCode::kNoAnswer);
+  EXPECT_NE(path.error().what.find("there is no path from [1.00, 3.00] to [9.00, 3.00]"),
             std::string::npos);
 }
 
@@ -112,12 +112,12 @@ TEST(Navigation, storeys_above_each_other_are_told_apart) {
   const World ramp = ramp_world({}, Rng(1, "test")).value();
   const auto grid = NavigationGrid::build(ramp.mesh);
   ASSERT_TRUE(grid);
-  const auto way = grid->plan(ramp.route.front(), ramp.route.back());
-  ASSERT_TRUE(way) << way.error().message();
-  EXPECT_NEAR(way->back().z() - way->front().z(), 6.0, 0.1);
+  const auto path = grid->plan(ramp.route.front(), ramp.route.back());
+  ASSERT_TRUE(path) << path.error().message();
+  EXPECT_NEAR(path->back().z() - path->front().z(), 6.0, 0.1);
   // Two turns; the inner side of a lane of 9 m radius and 4.2 m width is shorter.
-  EXPECT_GT(length(*way), 2.0 * 2.0 * 3.14 * 7.0);
-  EXPECT_LT(length(*way), 2.0 * 2.0 * 3.15 * 9.0 + 30.0);
+  EXPECT_GT(length(*path), 2.0 * 2.0 * 3.14 * 7.0);
+  EXPECT_LT(length(*path), 2.0 * 2.0 * 3.15 * 9.0 + 30.0);
 }
 
 TEST(Navigation, the_farthest_place_lies_in_the_other_room) {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kClothes_refl = 0.4F;
 
-/// Ray against an upright cylinder without lids.
+/// Intersection of a ray with an upright cylinder without caps.
 void meet_cylinder(const Vec3& origin, const Vec3& d, const Vec2& centre, double radius_m,
                    double z0, double z1, Hit& hit) {
   const Vec2 to = origin.head<2>() - centre;
@@ -90,7 +90,7 @@ void Pedestrians::put(Body& body, const Vec3& feet, const Vec3& ahead, double wa
   body.leg_right = (feet - stride * ahead - 0.1 * left).head<2>();
 }
 
-/// On the vehicle's own path, so many metres before or behind it.
+/// Places the companion on the vehicle's own path, gap_m ahead of it.
 void Pedestrians::place(Companion& companion, double t_s) const {
   const Escort& e = companion.escort;
   const Trajectory& path = *companion.trajectory;
@@ -98,7 +98,7 @@ void Pedestrians::place(Companion& companion, double t_s) const {
   geometry::SE3 T = path.pose_at(path.time_at_distance_s(std::max(0.0, s)));
   const double yaw = std::atan2(T.R(1, 0), T.R(0, 0));
   const Vec3 ahead(std::cos(yaw), std::sin(yaw), 0.0);
-  // Beyond the ends of the path: straight on.
+  // Beyond the ends of the path, extrapolate in a straight line.
   T.p += ahead * (std::min(0.0, s) + std::max(0.0, s - path.distance_m(path.duration_s())));
   T.p += e.side_m * Vec3(-ahead.y(), ahead.x(), 0.0);
   companion.T_world_cart = T;
@@ -107,7 +107,7 @@ void Pedestrians::place(Companion& companion, double t_s) const {
 
 void Pedestrians::place_at(double t_s) {
   for (Person& p : people_) {
-    // A sinusoid with the given top speed: turning round takes a while, as with people.
+    // A sinusoid with the given top speed, because people take time to turn round.
     const double reach_m = p.crosses ? std::max(0.1, std::abs(p.side_m)) : p.reach_m;
     const double swing_m =
         p.speed_mps > 0.0 ? reach_m * std::sin(p.speed_mps / reach_m * (t_s + p.phase_s)) : 0.0;
@@ -134,9 +134,9 @@ void Pedestrians::cast(const Vec3& origin, const Vec3& direction, Hit& hit) cons
   const Vec2 flat = direction.head<2>();
   const auto passes = [&](const Body& body) {
     const Vec2 to = body.feet.head<2>() - origin.head<2>();
-    // The ray's vertical plane passes nobody: by far the most frequent case.
-    const double aside = to.x() * flat.y() - to.y() * flat.x();
-    return std::abs(aside) > kWidest_m || to.dot(flat) < -kWidest_m;
+    // The ray's vertical plane misses the person: by far the most frequent case.
+    const double lateral = to.x() * flat.y() - to.y() * flat.x();
+    return std::abs(lateral) > kWidest_m || to.dot(flat) < -kWidest_m;
   };
   for (const Person& p : people_) {
     if (!passes(p)) cast_body(p, origin, direction, hit);

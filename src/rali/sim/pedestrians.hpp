@@ -10,20 +10,20 @@
 
 namespace rali::sim {
 
-/// How many people there are, by what they do.
+/// Number of people by activity.
 struct Crowd {
   int walking = 0;   ///< to and fro along the route
   int standing = 0;  ///< beside the route, all the time
   int crossing = 0;  ///< from side to side of the route
 };
 
-/// Somebody who stands, until a vehicle begins to move with him or her at a constant distance.
+/// A person who stands still, then moves at a constant distance from a vehicle.
 struct Escort {
   int vehicle = 0;
   double gap_m = 2.0;                  ///< ahead of the vehicle along its path; negative: behind
   double side_m = 0.0;                 ///< to the left of that path
-  double start_s = 0.0, end_s = 30.0;  ///< since the start; before and after: stands there
-  bool cart = false;                   ///< a vehicle of nobody's fleet instead of a person
+  double start_s = 0.0, end_s = 30.0;  ///< since the start; stands still before and after
+  bool cart = false;                   ///< a vehicle outside the fleet instead of a person
 
   template <class V>
   void visit(V& v) {
@@ -36,28 +36,28 @@ struct Escort {
   }
 };
 
-/// People: trunk and legs as upright cylinders, a ball for the head. Only rays see them.
+/// People: trunk and legs as upright cylinders, a sphere as head. Only rays interact with them.
 class Pedestrians {
  public:
-  /// Nobody.
+  /// Without people.
   Pedestrians() = default;
 
-  /// @param route  must outlive this
+  /// @param route  must outlive this object
   /// @param free_width_m  room on each side of the route
   Pedestrians(const Route& route, const Crowd& crowd, double free_width_m, std::uint64_t seed);
 
-  /// One more, who goes where `trajectory` leads; it must outlive this.
+  /// Adds a person who follows `trajectory`, which must outlive this object.
   void add_escort(const Escort& escort, const Trajectory& trajectory, double body_height_m);
 
-  /// Moves everybody to t_s after the start.
+  /// Moves all people to their positions t_s after the start.
   void place_at(double t_s);
 
-  /// Shortens `hit` if somebody stands in the way of the ray.
+  /// Shortens `hit` if a person intersects the ray before it.
   void cast(const geometry::Vec3& origin, const geometry::Vec3& direction, Hit& hit) const;
 
   [[nodiscard]] bool empty() const { return people_.empty() && escorts_.empty(); }
 
-  /// Where they stand: for checks and pictures.
+  /// Positions of all people: for checks and pictures.
   [[nodiscard]] std::vector<geometry::Vec3> positions() const;
 
  private:

@@ -42,8 +42,8 @@ struct RayCaster::Impl {
     rtcReleaseGeometry(geometry);
     rtcCommitScene(scene);
     RALI_ASSERT(rtcGetDeviceError(device) == RTC_ERROR_NONE);
-    // "threads=1" has limited TBB to one thread in the whole process, for as long as the device
-    // lives. A second device that wishes nothing takes that back.
+    // "threads=1" limits TBB to one thread in the whole process as long as the device lives. A
+    // second device without a limit removes this restriction.
     unlimited = rtcNewDevice("set_affinity=0");
     RALI_ASSERT(unlimited != nullptr);
   }
@@ -157,7 +157,7 @@ double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const V
 
 namespace {
 
-/// True if all corners lie farther than reach_m beside p along one axis.
+/// True if all corners are farther than reach_m from p along one axis.
 bool out_of_reach(const geometry::Vec3f& p, const geometry::Vec3f& a, const geometry::Vec3f& b,
                   const geometry::Vec3f& c, float reach_m) {
   const geometry::Vec3f low = a.cwiseMin(b).cwiseMin(c);

@@ -8,9 +8,9 @@
 
 namespace rali::sim {
 
-/// Where a ray ends.
+/// Hit point of a ray.
 struct Hit {
-  float range_m = 0.0F;        ///< 0: nothing within reach
+  float range_m = 0.0F;        ///< 0: no surface within range
   float cos_incidence = 0.0F;  ///< of the angle to the surface normal, 0..1
   float reflectivity = 0.0F;
 };
@@ -33,12 +33,12 @@ class RayCaster {
   [[nodiscard]] Hit cast(const geometry::Vec3& origin, const geometry::Vec3& direction,
                          double max_range_m) const;
 
-  /// The same for many rays, faster: neighbours in the list should point to similar directions.
+  /// The same for many rays, faster: neighbours in the list should have similar directions.
   /// hits has the size of rays.
   void cast_all(std::span<const Ray> rays, double max_range_m, std::span<Hit> hits) const;
 
-  /// Distance of a point to the nearest surface, at most `limit_m`, else limit_m. Slow: looks at
-  /// every triangle; for checks of few points.
+  /// Distance of a point to the nearest surface, at most `limit_m`. Slow: tests every triangle; for
+  /// checks of few points.
   [[nodiscard]] double distance_to_surface(const geometry::Vec3& point, double limit_m) const;
 
  private:

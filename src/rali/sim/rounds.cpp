@@ -15,11 +15,11 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double kGapLeast_m = 1.2;    // vehicles are 0.6 m wide and swing to the sides
-constexpr double kDriveLeast_m = 0.3;  // shorter ways are not worth a start
+constexpr double kGapMin_m = 1.2;    // vehicles are 0.6 m wide and swing laterally
+constexpr double kDriveMin_m = 0.3;  // shorter drives are skipped
 constexpr int kRoundsMax = 10000;
 
-/// Distance of p from the line piece a to b.
+/// Distance of p from the line segment a to b.
 double distance_to_piece(const Vec3& p, const Vec3& a, const Vec3& b) {
   const Vec3 ab = b - a;
   const double squared = ab.squaredNorm();
@@ -27,7 +27,7 @@ double distance_to_piece(const Vec3& p, const Vec3& a, const Vec3& b) {
   return (p - a - u * ab).norm();
 }
 
-/// The lane of one vehicle beside the common way.
+/// The lane of one vehicle beside the common path.
 class Lane {
  public:
   Lane(const Route& route, double offset_m) : route_(&route), offset_m_(offset_m) {}
@@ -55,12 +55,12 @@ class Lane {
   double offset_m_;
 };
 
-/// Where the column stands, by vehicle, and how it moves.
+/// Positions of the column, by vehicle, and its motion.
 class Column {
  public:
   Column(const World& world, int vehicles, double gap_m, const RoundOptions& options)
       : route_(world.route, world.rounding_m), gap_m_(gap_m), leg_m_(options.leg_m) {
-    // Beside the way only where pedestrians could walk and a vehicle is not wider than they swing.
+    // Lanes only where pedestrians could walk, and no wider than pedestrians swing.
     const double offset = std::clamp(world.free_width_m - 0.4, 0.0, 0.5);
     for (int i = 0; i < vehicles; ++i) {
       lanes_.emplace_back(route_, i % 2 == 0 ? offset : -offset);
@@ -70,7 +70,7 @@ class Column {
 
   [[nodiscard]] VehicleStart start(std::size_t i) const { return lanes_[i].start(at_m_[i]); }
 
-  /// Moves all but the anchor; false if nobody had to move.
+  /// Moves all but the anchor; false if no vehicle had to move.
   bool drive_round(std::size_t anchor, RoundPlan& round) {
     round.anchor = static_cast<int>(anchor);
     round.routes.assign(at_m_.size(), {});
@@ -81,7 +81,7 @@ class Column {
       const double ahead_m = gap_m_ * (static_cast<double>(anchor) - static_cast<double>(i));
       const double last_m = route_.length_m() - gap_m_ * static_cast<double>(i);
       const double to_m = std::min(anchor_m + ahead_m + (i < anchor ? leg_m_ : 0.0), last_m);
-      if (to_m < at_m_[i] + kDriveLeast_m) continue;
+      if (to_m < at_m_[i] + kDriveMin_m) continue;
       round.routes[i] = lanes_[i].piece(at_m_[i], to_m);
       at_m_[i] = to_m;
       moved = true;
@@ -141,9 +141,9 @@ Result<FleetPlan> plan_rounds(const World& world, int vehicles, const RoundOptio
     return plan;
   }
   const double length_m = Route(world.route, world.rounding_m).length_m();
-  // The column takes at most half of the way, so that there is something left to drive.
+  // The column takes at most half of the path, so that a distance to drive remains.
   const double gap_m = std::min(options.gap_m, 0.5 * length_m / (vehicles - 1));
-  if (gap_m < kGapLeast_m) {
+  if (gap_m < kGapMin_m) {
     return fail(
         ErrorCode::kUsage, "route",
         fmt::format("is {:.1f} m long, too short for {} vehicles in a column", length_m, vehicles),

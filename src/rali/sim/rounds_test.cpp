@@ -17,7 +17,7 @@ World straight(double length_m) {
 TEST(Rounds, two_vehicles_on_30_m_drive_the_legs_worked_out_by_hand) {
   const auto plan = plan_rounds(straight(30.0), 2);
   ASSERT_TRUE(plan) << plan.error().message();
-  // Column: v1 at 2, v2 at 0. v2 stands: v1 to 14. v1 stands: v2 to 12. v1 to 26, v2 to 24,
+  // Column: v1 at 2, v2 at 0. v2 stationary: v1 to 14. v1 stationary: v2 to 12. v1 to 26, v2 to 24,
   // v1 to the end, v2 two metres behind it.
   ASSERT_EQ(plan->starts.size(), 2U);
   EXPECT_NEAR(plan->starts[0].p_world_m.x(), 2.0, 1e-6);

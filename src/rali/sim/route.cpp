@@ -13,7 +13,7 @@ using geometry::Vec3;
 namespace {
 
 /// Mean over +-half samples; beyond the ends the values are mirrored through the end point, so
-/// the ends stay where they are.
+/// the ends keep their values.
 std::vector<double> box_filtered(const std::vector<double>& v, int half) {
   const int n = static_cast<int>(v.size());
   const auto value = [&](int i) {
@@ -32,7 +32,7 @@ std::vector<double> box_filtered(const std::vector<double>& v, int half) {
 }
 
 void smooth(std::vector<double>& v, double rounding_m) {
-  // Three box filters are nearly a Gaussian: curvature changes smoothly, as wheels can follow.
+  // Three box filters approximate a Gaussian: curvature changes smoothly, as wheels can follow.
   const int half = std::max(1, static_cast<int>(rounding_m / Route::kStep_m / 2.0));
   for (int pass = 0; pass < 3; ++pass) v = box_filtered(v, half);
 }

@@ -6,7 +6,7 @@
 
 namespace rali::sim {
 
-/// A way over the ground, points every kStep metres with rounded corners.
+/// A path over the ground, points every kStep metres with rounded corners.
 class Route {
  public:
   static constexpr double kStep_m = 0.05;
@@ -17,11 +17,11 @@ class Route {
 
   [[nodiscard]] double length_m() const { return s_m_.back(); }
 
-  /// Point on the ground after s metres (clamped to the ends).
+  /// Point on the ground at arc length s [m] (clamped to the ends).
   [[nodiscard]] geometry::Vec3 point_at(double s_m) const;
-  /// Horizontal heading [rad, unwrapped along the route] after s metres.
+  /// Horizontal heading [rad, unwrapped along the route] at arc length s [m].
   [[nodiscard]] double yaw_at(double s_m) const;
-  /// dz/ds after s metres.
+  /// dz/ds at arc length s [m].
   [[nodiscard]] double slope_at(double s_m) const;
   /// Change of heading per metre.
   [[nodiscard]] double curvature_at(double s_m) const;

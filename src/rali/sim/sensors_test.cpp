@@ -23,7 +23,7 @@ std::shared_ptr<const sensor::LidarScan> scan_of(const TriangleMesh& mesh, Lidar
   const RayCaster caster(mesh);
   LidarSensor lidar(kind, options, 1);
   SerialExecutor serial;
-  const RawSweep& raw = lidar.measure_sweep(
+  const RawScan& raw = lidar.measure_scan(
       0, 0.0, [&](double) { return T; }, caster, MovingScene(), serial);
   return expand(raw, lidar.model(), options.resolution_m, Time::from_ns(1));
 }
@@ -64,7 +64,7 @@ TEST(LidarSensor, range_noise_has_the_stated_spread_and_no_bias) {
   EXPECT_NEAR(std::sqrt(squares / n), 0.02, 4.0 * 0.02 / std::sqrt(2.0 * n));
 }
 
-// What is wrong with a laser stays wrong: an average over the sensor hides it, one over time does
+// The error of a laser is constant: averaging over the sensor hides it, averaging over time does
 // not.
 TEST(LidarSensor, errors_of_a_laser_are_its_own_and_stay) {
   LidarOptions o;
@@ -175,12 +175,12 @@ TEST(LidarSensor, points_come_in_the_order_of_their_times) {
     for (std::size_t i = 1; i < scan->size(); ++i) ASSERT_GE(scan->dt_s[i], scan->dt_s[i - 1]);
     EXPECT_LT(scan->dt_s.back(), 0.1F);
     EXPECT_EQ(scan->t_end,
-              scan->t_begin + Duration::from_s(static_cast<double>(scan->dt_s.back())));
+              scan->t_start + Duration::from_s(static_cast<double>(scan->dt_s.back())));
   }
 }
 
 TEST(LidarSensor, share_of_lost_returns_follows_the_light_that_comes_back) {
-  // A wall across the view, 10 % white: light of 1 at 70.7 m when the reach is 100 m at 20 %.
+  // A wall across the view, 10 % white: light of 1 at 70.7 m for a range of 100 m at 20 %.
   TriangleMesh wall;
   wall.add_quad({70.7, -3.0, -3.0}, {0.0, 6.0, 0.0}, {0.0, 0.0, 6.0}, 0.1);
   LidarOptions o;
@@ -190,7 +190,7 @@ TEST(LidarSensor, share_of_lost_returns_follows_the_light_that_comes_back) {
     LidarSensor lidar(Lidar::kOs1_64, o, static_cast<std::uint64_t>(seed));
     SerialExecutor serial;
     const RayCaster caster(wall);
-    const RawSweep& raw = lidar.measure_sweep(
+    const RawScan& raw = lidar.measure_scan(
         0, 0.0, [](double) { return SE3{}; }, caster, MovingScene(), serial);
     for (std::size_t i = 0; i < raw.range_steps.size(); ++i) {
       if (raw.intensity[i] == 0) continue;  // beside the wall
@@ -199,8 +199,8 @@ TEST(LidarSensor, share_of_lost_returns_follows_the_light_that_comes_back) {
     }
   }
   ASSERT_GT(hits, 1500);
-  const double share = std::exp(-3.0);
-  EXPECT_NEAR(lost, hits * share, 4.0 * std::sqrt(hits * share * (1.0 - share)));
+  const double fraction = std::exp(-3.0);
+  EXPECT_NEAR(lost, hits * fraction, 4.0 * std::sqrt(hits * fraction * (1.0 - fraction)));
 }
 
 TEST(MovingScene, a_vehicle_is_a_box_with_a_mast) {

@@ -15,12 +15,12 @@ namespace rali::sim {
 /// One vehicle and its sensors. Same options: same bytes.
 struct SimOptions {
   Scene scene = Scene::kLoop;
-  std::uint64_t seed = 1;  ///< changes place, motion and noise
+  std::uint64_t seed = 1;  ///< changes scene, motion and noise
   Lidar lidar = Lidar::kRs16;
-  double duration_s = 0.0;  ///< 0: the whole route; longer: standing at its end
-  int pedestrians = 0;      ///< who walk to and fro along the route
-  int standing_people = 0;  ///< beside it
-  int crossing_people = 0;  ///< from side to side of it
+  double duration_s = 0.0;  ///< 0: the whole route; longer: at standstill at its end
+  int pedestrians = 0;      ///< walking to and fro along the route
+  int standing_people = 0;  ///< standing beside it
+  int crossing_people = 0;  ///< crossing it from side to side
   std::vector<Escort> escorts;
   Time start = Time::from_ns(1'700'000'000'000'000'000);
   bool with_lidar = true;
@@ -33,17 +33,17 @@ struct SimOptions {
   ImuOptions imu;
 };
 
-/// The people of these options.
+/// The people configured by these options.
 [[nodiscard]] Crowd crowd_of(const SimOptions& options);
 
-/// Every number within the range that visit() declares. Errors (kUsage) name the option.
+/// Checks that every number is in the range declared by visit(). Errors (kUsage) name the option.
 [[nodiscard]] Status check_options(const SimOptions& options);
 
-/// Where the sensors sit on the simulated vehicle: LiDAR ahead and up with a small turn. An IMU
-/// apart is turned by 90 deg, so that a forgotten extrinsic shows.
+/// Mounting of the sensors on the simulated vehicle: LiDAR ahead and up with a small rotation. With
+/// imu_apart the IMU is turned by 90 deg, so that ignoring the extrinsic calibration shows.
 [[nodiscard]] sensor::Calibration sensor_mounting(bool imu_apart);
 
-/// A calibration as a user would write it down: off by the options' errors in random directions.
+/// A calibration as measured by a user: with the options' errors in random directions.
 [[nodiscard]] sensor::Calibration measured_by_hand(const sensor::Calibration& truth,
                                                    const SimOptions& options, std::uint64_t seed);
 

@@ -26,7 +26,7 @@ struct Simulation::Impl {
     const double t_s = imu_time_s();
     ++imu_count;
     MotionState state = trajectory.at(t_s);
-    state.a_world_mps2 += trajectory.felt_jolt_mps2(t_s, 1.0 / options.imu.rate_hz);
+    state.a_world_mps2 += trajectory.measured_jolt_mps2(t_s, 1.0 / options.imu.rate_hz);
     const Time t = options.start + Duration::from_s(t_s);
     return imu.measure(ideal_imu(t, state, calibration_true.T_body_imu), state.v_world_mps.norm());
   }
@@ -35,8 +35,8 @@ struct Simulation::Impl {
     const auto pose_at = [this](double t_s) {
       return trajectory.pose_at(t_s) * calibration_true.T_body_lidar;
     };
-    const double t_s = static_cast<double>(scan_count) * lidar.model().sweep_s();
-    raw = &lidar.measure_sweep(scan_count++, t_s, pose_at, caster, people, serial);
+    const double t_s = static_cast<double>(scan_count) * lidar.model().scan_s();
+    raw = &lidar.measure_scan(scan_count++, t_s, pose_at, caster, people, serial);
     return expand(*raw, lidar.model(), options.ranging.resolution_m,
                   options.start + Duration::from_s(t_s));
   }
@@ -54,7 +54,7 @@ struct Simulation::Impl {
   double duration_s;
   std::int64_t imu_count = 0;
   std::int64_t scan_count = 0;
-  const RawSweep* raw = nullptr;  ///< in `lidar`
+  const RawScan* raw = nullptr;  ///< in `lidar`
 };
 
 Simulation::Simulation(const SimOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -63,17 +63,17 @@ Simulation::~Simulation() = default;
 
 std::optional<Message> Simulation::next() {
   Impl& s = *impl_;
-  const double sweep_s = s.lidar.model().sweep_s();
-  const double scan_end_s = static_cast<double>(s.scan_count + 1) * sweep_s;
+  const double scan_s = s.lidar.model().scan_s();
+  const double scan_end_s = static_cast<double>(s.scan_count + 1) * scan_s;
   const bool scan_left = s.options.with_lidar && scan_end_s <= s.duration_s + 1e-9;
-  // The sample at the very end of a sweep comes after it.
+  // The sample at the very end of a scan comes after it.
   const bool imu_left = s.options.with_imu && s.imu_time_s() <= s.duration_s + 1e-9;
   if (imu_left && (!scan_left || s.imu_time_s() < scan_end_s - 1e-9)) return s.next_imu();
   if (scan_left) return s.next_scan();
   return std::nullopt;
 }
 
-const RawSweep& Simulation::last_raw_sweep() const {
+const RawScan& Simulation::last_raw_scan() const {
   RALI_ASSERT(impl_->raw != nullptr);
   return *impl_->raw;
 }
@@ -82,13 +82,13 @@ Truth Simulation::truth(Time t) const {
   return {t, impl_->trajectory.at(seconds_between(impl_->options.start, t))};
 }
 
-Time Simulation::t_begin() const { return impl_->options.start; }
+Time Simulation::t_start() const { return impl_->options.start; }
 
 Time Simulation::t_end() const {
   return impl_->options.start + Duration::from_s(impl_->duration_s);
 }
 
-double Simulation::way_m() const { return impl_->trajectory.length_m(); }
+double Simulation::path_m() const { return impl_->trajectory.length_m(); }
 
 const sensor::Calibration& Simulation::calibration_true() const { return impl_->calibration_true; }
 

@@ -12,7 +12,7 @@
 
 namespace rali::sim {
 
-/// What the sensors send.
+/// A message of the sensors.
 using Message = std::variant<sensor::ImuSample, std::shared_ptr<const sensor::LidarScan>>;
 
 /// True motion at one time.
@@ -21,7 +21,7 @@ struct Truth {
   MotionState state;  ///< body, in the world frame
 };
 
-/// Pulls a recording out of a world, message by message.
+/// Generates a recording in a world, message by message.
 class Simulation {
  public:
   explicit Simulation(const SimOptions& options);
@@ -29,21 +29,21 @@ class Simulation {
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
-  /// The next message in the order of arrival (a sweep arrives after the inertial sample at or
-  /// before its last point), nothing at the end.
+  /// The next message in the order of arrival (a scan arrives after the inertial sample at or
+  /// before its last point), empty at the end.
   [[nodiscard]] std::optional<Message> next();
 
-  /// The sweep behind the last LidarScan of next(): for keeping a recording in little space.
-  [[nodiscard]] const RawSweep& last_raw_sweep() const;
+  /// The raw scan of the last LidarScan of next(): for compact recordings.
+  [[nodiscard]] const RawScan& last_raw_scan() const;
 
   /// Exact motion; t is clamped to the recording.
   [[nodiscard]] Truth truth(Time t) const;
-  [[nodiscard]] Time t_begin() const;
+  [[nodiscard]] Time t_start() const;
   [[nodiscard]] Time t_end() const;
-  [[nodiscard]] double way_m() const;  ///< driven in the whole route
+  [[nodiscard]] double path_m() const;  ///< length of the whole route
 
   [[nodiscard]] const sensor::Calibration& calibration_true() const;
-  /// As a user would write it down: off by the options' errors.
+  /// As measured by a user: with the options' errors.
   [[nodiscard]] const sensor::Calibration& calibration_nominal() const;
 
   [[nodiscard]] const World& world() const;

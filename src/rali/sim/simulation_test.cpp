@@ -77,16 +77,16 @@ TEST(Simulation, points_placed_by_the_true_pose_of_their_instant_lie_on_the_wall
   ASSERT_GT(scan->size(), 20000U);
   double moved = 0.0;
   for (std::size_t i = 0; i < scan->size(); i += 97) {
-    const Time t = scan->t_begin + Duration::from_s(static_cast<double>(scan->dt_s[i]));
+    const Time t = scan->t_start + Duration::from_s(static_cast<double>(scan->dt_s[i]));
     const SE3 T = sim->truth(t).state.T_world_body * sim->calibration_true().T_body_lidar;
     const Vec3 point(static_cast<double>(scan->x_m[i]), static_cast<double>(scan->y_m[i]),
                      static_cast<double>(scan->z_m[i]));
     EXPECT_LT(sim->ray_caster().distance_to_surface(T * point, 1.0), 7e-4);
-    const SE3 T_begin =
-        sim->truth(scan->t_begin).state.T_world_body * sim->calibration_true().T_body_lidar;
-    moved = std::max(moved, (T * point - T_begin * point).norm());
+    const SE3 T_start =
+        sim->truth(scan->t_start).state.T_world_body * sim->calibration_true().T_body_lidar;
+    moved = std::max(moved, (T * point - T_start * point).norm());
   }
-  // Else the test would also pass with one pose for the whole sweep.
+  // Otherwise the test would also pass with one pose for the whole scan.
   EXPECT_GT(moved, 0.05);
 }
 
@@ -108,7 +108,7 @@ TEST(Simulation, messages_come_in_order_of_arrival) {
   SimOptions o;
   o.duration_s = 0.5;
   const auto sim = make(o);
-  Time last = sim->t_begin();
+  Time last = sim->t_start();
   int scans = 0;
   int samples = 0;
   while (auto message = sim->next()) {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
-/// x up to `free`, then bending towards `stop`; twice differentiable.
+/// x up to `free`, then a smooth approach to `stop`; twice differentiable.
 double stopped(double x, double free, double stop) {
   const double over = std::abs(x) - free;
   if (over <= 0.0) return x;

@@ -9,12 +9,12 @@
 
 namespace rali::sim {
 
-/// Spring and damper with one mass, driven by a target (unit gain when standing).
+/// Spring and damper with one mass, driven by a target (unit static gain).
 class Spring {
  public:
   Spring(double frequency_hz, double damping);
 
-  /// Value after dt_s towards `target`.
+  /// Value after dt_s of motion towards `target`.
   double step(double target, double dt_s);
 
  private:
@@ -23,12 +23,12 @@ class Spring {
   double rate_ = 0.0;
 };
 
-/// Uneven floor: sometimes a sill or cable, per wheel side. Endless.
+/// Uneven floor: an occasional sill or cable for each wheel side, without end.
 class Bumps {
  public:
   explicit Bumps(std::uint64_t seed);
 
-  /// (height [m], tilt across [rad]) of the floor under the vehicle after s metres; s never falls.
+  /// (height [m], lateral tilt [rad]) of the floor under the vehicle after s metres; s never falls.
   [[nodiscard]] geometry::Vec2 at(double s_m);
 
  private:
@@ -43,24 +43,24 @@ class Bumps {
   Bump bump_{};
 };
 
-/// How a vehicle is driven at one instant.
+/// Motion of a vehicle at one instant.
 struct DriveState {
   double v_mps = 0.0;
   double a_long_mps2 = 0.0;
   double a_lat_mps2 = 0.0;
-  double steer_radps2 = 0.0;  ///< change of the yaw rate
+  double steer_radps2 = 0.0;  ///< derivative of the yaw rate
 };
 
-/// Height, roll and pitch of a cart's body: springs answer to acceleration, steering and bumps.
+/// Height, roll and pitch of a cart's body: springs respond to acceleration, steering and bumps.
 class Suspension {
  public:
   explicit Suspension(std::uint64_t seed);
 
-  /// Lets the springs come to rest under a constant drive: a recording that begins in motion does
-  /// not begin with a blow.
+  /// Lets the springs settle under a constant drive, so that a recording that starts in motion has
+  /// no initial transient.
   void settle(const DriveState& drive);
 
-  /// @param s_m  way driven so far, for the bumps
+  /// @param s_m  distance driven so far, for the bumps
   /// @param dt_s  0.001 or so: explicit integration of springs up to 4 Hz
   /// @returns offsets (z [m], roll, pitch [rad]) after dt_s, not yet limited
   geometry::Vec3 step(double s_m, const DriveState& drive, double dt_s);
@@ -72,11 +72,11 @@ class Suspension {
   Bumps bumps_;
 };
 
-/// The stops of the springs: no cart heaves by more than 0.1 m or tilts by more than 0.2 rad.
-/// Leaves the usual jolts (below 0.05 m, 0.1 rad) as they are and joins smoothly.
+/// Limits the travel of the springs: no cart heaves by more than 0.1 m or tilts by more than 0.2
+/// rad. Leaves the usual jolts (below 0.05 m, 0.1 rad) unchanged; the transition is smooth.
 [[nodiscard]] geometry::Vec3 limited_jolt(const geometry::Vec3& jolt);
 
-/// Nobody drives along a line: slow swings to the sides that start and end at nothing.
+/// Slow lateral swings about the route, as real drivers make; zero at both ends.
 class Wander {
  public:
   Wander(double length_m, double amplitude_m, std::uint64_t seed);
@@ -90,12 +90,13 @@ class Wander {
   std::array<double, 2> wave_m_{}, phase_{};
 };
 
-/// The sway of hands (steps of 1.8 Hz) or of a drone (slow, in all six degrees of freedom).
+/// Sway of a hand-held sensor (steps of 1.8 Hz) or of a drone (slow, in all six degrees of
+/// freedom).
 class Sway {
  public:
   Sway(bool drone, std::uint64_t seed);
 
-  /// Offsets x y z [m], roll pitch yaw [rad] at full strength.
+  /// Offsets x y z [m], roll pitch yaw [rad] at full amplitude.
   [[nodiscard]] geometry::Vec6 at(double t_s) const;
 
  private:

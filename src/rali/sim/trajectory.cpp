@@ -74,7 +74,7 @@ geometry::SE3 Trajectory::pose_at(double t_s) const {
   return T;
 }
 
-Vec3 Trajectory::felt_jolt_mps2(double t_s, double sample_s) const {
+Vec3 Trajectory::measured_jolt_mps2(double t_s, double sample_s) const {
   if (!jolts_ || jolts_->measured_ratio() <= 0.0) return Vec3::Zero();
   const auto offset = [&](double t) {
     return Vec3(smooth_pose_at(place(t)).R * jolt_at(t).head<3>());
@@ -96,7 +96,7 @@ geometry::SE3 Trajectory::smooth_pose_at(const Place& place) const {
 }
 
 MotionState Trajectory::at(double t_s) const {
-  // Whoever appends controls asks for the end, to rounding.
+  // Callers that append controls query the end itself, up to rounding.
   if (t_s > duration_s() + spacing_s_) return {.T_world_body = pose_at(t_s)};
   const auto [i, u] = place(t_s);
   const Vec6& a = controls_[i];

@@ -8,7 +8,7 @@
 
 namespace rali::sim {
 
-/// Where a vehicle is and how it moves, exactly.
+/// Exact pose and derivatives of a vehicle.
 struct MotionState {
   geometry::SE3 T_world_body;
   geometry::Vec3 v_world_mps = geometry::Vec3::Zero();
@@ -19,42 +19,42 @@ struct MotionState {
 
 /// Motion as a uniform cubic B-spline over (x, y, z, roll, pitch, yaw): twice continuously
 /// differentiable, so rates and specific force are exact derivatives of the pose. The spline *is*
-/// the truth; whatever made the control points needs no derivative of its own.
+/// the ground truth; the source of the control points needs no derivatives.
 /// Pitch must stay away from +-90 deg.
 class Trajectory {
  public:
   using Control = geometry::Vec6;  ///< x y z [m], roll pitch yaw [rad, unwrapped]
 
   /// Control point i acts around i * spacing_s. Before the first and after the last second
-  /// control point the motion stands still. Needs at least four control points.
+  /// control point the vehicle is at standstill. Needs at least four control points.
   Trajectory(std::vector<Control> controls, double spacing_s);
 
-  /// One more control point: the motion goes on for another spacing_s. What at() gave before
-  /// stays as it was.
+  /// Adds one control point: the motion continues for another spacing_s. Earlier results of at() do
+  /// not change.
   void append(const Control& control);
 
-  /// From now on the body steps by these offsets. The derivatives of at() stay those of the smooth
-  /// motion.
+  /// Adds these offsets to the body pose from now on. The derivatives of at() stay those of the
+  /// smooth motion.
   void add_jolts(const Jolts& jolts);
 
-  /// State t_s seconds after the start; t_s is at least 0. One spacing after duration_s(), and
-  /// later, the vehicle stands where it has arrived.
+  /// State t_s seconds after the start; t_s is at least 0. From one spacing after duration_s() on
+  /// the vehicle is at standstill at its final pose.
   [[nodiscard]] MotionState at(double t_s) const;
   /// Pose only; cheaper.
   [[nodiscard]] geometry::SE3 pose_at(double t_s) const;
 
-  /// Acceleration of the steps alone that an inertial sensor feels at t_s, averaged over the
+  /// Acceleration that an inertial sensor measures from the steps alone at t_s, averaged over the
   /// sample that ends there [m/s^2, world].
-  [[nodiscard]] geometry::Vec3 felt_jolt_mps2(double t_s, double sample_s) const;
+  [[nodiscard]] geometry::Vec3 measured_jolt_mps2(double t_s, double sample_s) const;
 
   /// Horizontal distance travelled after t_s.
   [[nodiscard]] double distance_m(double t_s) const;
 
-  /// When that distance has been travelled; the last time of a standstill there.
+  /// Time at which that distance has been travelled; at a standstill, its end.
   [[nodiscard]] double time_at_distance_s(double distance_m) const;
 
   [[nodiscard]] double duration_s() const;
-  /// Length of the driven way [m].
+  /// Length of the driven path [m].
   [[nodiscard]] double length_m() const;
 
  private:

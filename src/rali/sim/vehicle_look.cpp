@@ -16,7 +16,7 @@ bool nearer(double range_m, const Hit& hit) {
   return range_m > 0.0 && (hit.range_m <= 0.0F || range_m < static_cast<double>(hit.range_m));
 }
 
-/// Ray against a box with faces along the axes (slabs; Kay, Kajiya 1986). A ray from inside meets
+/// Intersection of a ray with an axis-aligned box (slabs; Kay, Kajiya 1986). A ray from inside hits
 /// nothing.
 void meet_box(const Vec3& low, const Vec3& high, const Vec3& o, const Vec3& d, float refl,
               Hit& hit) {
@@ -40,7 +40,7 @@ void meet_box(const Vec3& low, const Vec3& high, const Vec3& o, const Vec3& d, f
   hit = {static_cast<float>(enter), static_cast<float>(std::abs(d[face])), refl};
 }
 
-/// Ray against an upright cylinder's side.
+/// Intersection of a ray with the side of an upright cylinder.
 void meet_mast(const VehicleLook& look, const Vec3& o, const Vec3& d, Hit& hit) {
   const Vec2 to = o.head<2>() - look.mast_m;
   const double a = d.head<2>().squaredNorm();
@@ -63,7 +63,7 @@ void meet_vehicle(const VehicleLook& look, const SE3& T_world_body, const Vec3& 
   constexpr double kReach_m = 0.7;  // of every part from the body's origin
   const Vec3 to = T_world_body.p - origin;
   const double along = to.dot(direction);
-  // The ray passes the vehicle: by far the most frequent case.
+  // The ray misses the vehicle: by far the most frequent case.
   if (along < -kReach_m || to.squaredNorm() - along * along > kReach_m * kReach_m) return;
   const Vec3 o = T_world_body.R.transpose() * -to;
   const Vec3 d = T_world_body.R.transpose() * direction;

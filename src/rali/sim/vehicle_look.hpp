@@ -5,8 +5,8 @@
 
 namespace rali::sim {
 
-/// What a vehicle looks like to the LiDARs of the others: a box and an upright mast on it, both in
-/// the body frame.
+/// Shape of a vehicle as seen by the LiDARs of the others: a box with an upright mast, both in the
+/// body frame.
 struct VehicleLook {
   geometry::Vec3 box_min_m{-0.30, -0.22, -0.20};
   geometry::Vec3 box_max_m{0.30, 0.22, 0.15};
@@ -16,7 +16,7 @@ struct VehicleLook {
   float reflectivity = 0.35F;
 };
 
-/// Shortens `hit` if a vehicle of this shape at T_world_body stands in the way of the ray.
+/// Shortens `hit` if a vehicle of this shape at T_world_body intersects the ray before it.
 void meet_vehicle(const VehicleLook& look, const geometry::SE3& T_world_body,
                   const geometry::Vec3& origin, const geometry::Vec3& direction, Hit& hit);
 

@@ -40,7 +40,7 @@ World build_scene(Scene scene, std::uint64_t seed) {
   return {};
 }
 
-/// How many vehicles a scene is made for.
+/// Number of vehicles that a scene is made for.
 int vehicles_of(Scene scene) {
   if (scene == Scene::kCorridor) return 2;
   return scene == Scene::kFloor ? 3 : 1;
@@ -50,7 +50,7 @@ int vehicles_of(Scene scene) {
 
 World make_world(Scene scene, std::uint64_t seed) {
   auto world = world_for(build_scene(scene, seed), vehicles_of(scene));
-  RALI_ASSERT(world.has_value());  // shipped ways are long enough
+  RALI_ASSERT(world.has_value());  // the routes of all shipped scenes are long enough
   return std::move(*world);
 }
 

@@ -28,41 +28,41 @@ inline constexpr ChoiceNames<10> kSceneNames{"loop",   "corridor", "floor", "yar
 /// Largest number of vehicles in one world.
 inline constexpr int kVehiclesMax = 10;
 
-/// Where a vehicle stands before the first round.
+/// Pose of a vehicle before the first round.
 struct VehicleStart {
   geometry::Vec3 p_world_m = geometry::Vec3::Zero();  ///< on the ground
   double yaw_rad = 0.0;
 };
 
-/// One round of the paper: the anchor stands, the others drive their ways; the next round begins
-/// when all have arrived.
+/// One round of the paper: the anchor is stationary, the others drive their paths; the next round
+/// begins when all have arrived.
 struct RoundPlan {
-  int anchor = -1;  ///< index of a vehicle; -1: nobody has to stand
-  /// By vehicle: corners of its way on the ground, from where it stands; empty: it stands.
+  int anchor = -1;  ///< index of a vehicle; -1: none has to be stationary
+  /// By vehicle: corners of its path on the ground from its current position; empty: it stays.
   std::vector<std::vector<geometry::Vec3>> routes;
-  std::optional<double> pause_s = {};  ///< standing before it; not given: as FleetOptions says
+  std::optional<double> pause_s = {};  ///< standstill before it; not given: FleetOptions::pause_s
 };
 
-/// A place and the ways through it. World frame: z up, the route starts near the origin.
+/// A world and the paths through it. World frame: z up, the route starts near the origin.
 struct World {
   TriangleMesh mesh;
-  std::vector<geometry::Vec3> route;  ///< corners of the way of a single vehicle, on the ground
-  double rounding_m = 1.2;            ///< over which corners are cut, of all routes
+  std::vector<geometry::Vec3> route;  ///< corners of the path of a single vehicle, on the ground
+  double rounding_m = 1.2;            ///< distance over which corners are rounded, of all routes
   double free_width_m = 1.0;          ///< clear ground on each side of the route, for pedestrians
-  std::vector<VehicleStart> starts;   ///< as many as vehicles the world is made for
-  std::vector<RoundPlan> rounds;      ///< for that number of vehicles, each round from the last
+  std::vector<VehicleStart> starts;   ///< for as many vehicles as the world is made for
+  std::vector<RoundPlan> rounds;      ///< for that number of vehicles; each continues the last
 };
 
-/// Builds a scene; another seed gives another place of the same kind.
+/// Builds a scene; another seed gives another scene of the same kind.
 /// corridor is made for two vehicles, floor for three, the others for one.
 [[nodiscard]] World make_world(Scene scene, std::uint64_t seed);
 
-/// The same place with starts and rounds for `vehicles` (1..kVehiclesMax). What the world already
-/// has for that number stays; else see rounds.hpp. One vehicle: one round along `route`.
+/// The same scene with starts and rounds for `vehicles` (1..kVehiclesMax). Existing starts and
+/// rounds for that number stay; otherwise see rounds.hpp. One vehicle: one round along `route`.
 /// Errors (kUsage): number out of range; the route is too short for so many.
 [[nodiscard]] Result<World> world_for(const World& scene, int vehicles);
 
-/// The scene of that name, or an error that lists the names.
+/// The scene with that name, or an error that lists the names.
 [[nodiscard]] Result<Scene> scene_of(std::string_view name);
 
 }  // namespace rali::sim

@@ -27,10 +27,10 @@ TEST_P(EveryScene, the_way_leads_through_no_surface_and_stays_above_ground) {
     Vec3 before = drive.pose_at(0.0).p;
     for (double t_s = 0.1; t_s < drive.duration_s(); t_s += 0.1) {
       const Vec3 here = drive.pose_at(t_s).p;
-      // Level: jolts at the start would point it at the ground.
+      // Horizontal: jolts at the start would point it at the ground.
       const Vec3 step(here.x() - before.x(), here.y() - before.y(), 0.0);
       if (step.norm() > 0.02) {
-        // Half a metre of free way ahead is the length of the vehicle itself.
+        // Half a metre of free path ahead is the length of the vehicle itself.
         EXPECT_EQ(caster.cast(before, step.normalized(), 0.5).range_m, 0.0F)
             << "seed " << seed << " at " << here.transpose();
         before = here;
@@ -73,9 +73,9 @@ TEST_P(EveryScene, no_vehicle_of_any_fleet_touches_a_wall_or_another_one) {
           EXPECT_LT((round.routes[i].front() - at[i]).norm(), 0.01);
           at[i] = round.routes[i].back();
           const Route route(round.routes[i], world->rounding_m);
-          std::vector<Vec3> way;
-          for (double s = 0.0; s < route.length_m(); s += 0.2) way.push_back(route.point_at(s));
-          const auto contact = clearance.first_contact(way, {});
+          std::vector<Vec3> path;
+          for (double s = 0.0; s < route.length_m(); s += 0.2) path.push_back(route.point_at(s));
+          const auto contact = clearance.first_contact(path, {});
           EXPECT_FALSE(contact) << "seed " << seed << " at " << contact->transpose();
         }
       }
@@ -100,14 +100,14 @@ INSTANTIATE_TEST_SUITE_P(World, EveryScene, testing::Range<std::size_t>(0, kScen
                          });
 
 TEST(World, ways_have_the_lengths_that_the_manual_states) {
-  const auto way = [](Scene scene) {
+  const auto path = [](Scene scene) {
     const World world = make_world(scene, 1);
     return Route(world.route, world.rounding_m).length_m();
   };
-  EXPECT_NEAR(way(Scene::kLoop), 165.0, 4.0);
-  EXPECT_NEAR(way(Scene::kCorridor), 81.0, 3.0);
-  EXPECT_NEAR(way(Scene::kFloor), 89.0, 4.0);
-  EXPECT_NEAR(way(Scene::kTunnel), 192.0, 6.0);
+  EXPECT_NEAR(path(Scene::kLoop), 165.0, 4.0);
+  EXPECT_NEAR(path(Scene::kCorridor), 81.0, 3.0);
+  EXPECT_NEAR(path(Scene::kFloor), 89.0, 4.0);
+  EXPECT_NEAR(path(Scene::kTunnel), 192.0, 6.0);
 }
 
 TEST(World, unknown_names_are_answered_with_the_list) {
@@ -157,13 +157,13 @@ TEST(Motion, hands_and_drones_turn_about_all_axes) {
   MotionOptions o;
   for (const Carrier carrier : {Carrier::kHandheld, Carrier::kDrone}) {
     o.carrier = carrier;
-    const Trajectory way = make_trajectory(route, o, 1);
-    Vec3 most = Vec3::Zero();
+    const Trajectory path = make_trajectory(route, o, 1);
+    Vec3 maximum = Vec3::Zero();
     for (double t_s = 8.0; t_s < 40.0; t_s += 0.02) {
-      most = most.cwiseMax(way.at(t_s).omega_body_radps.cwiseAbs());
+      maximum = maximum.cwiseMax(path.at(t_s).omega_body_radps.cwiseAbs());
     }
-    EXPECT_GT(most.minCoeff(), 0.1);
-    EXPECT_LT(most.maxCoeff(), 3.0);
+    EXPECT_GT(maximum.minCoeff(), 0.1);
+    EXPECT_LT(maximum.maxCoeff(), 3.0);
   }
 }
 

@@ -28,19 +28,20 @@ using fleet::PeerPose;
 using fleet::PeerStatus;
 using fleet::SeenPeer;
 
-/// What a vehicle can be told. Order of arrival is the order of the calls.
+/// Input events of a vehicle. Order of arrival is the order of the calls.
 using Event = std::variant<sensor::ImuSample, std::shared_ptr<const sensor::LidarScan>,
                            sensor::RangeSample, sensor::RadioSample, PeerStatus, EndOfData>;
 
-/// What the pose of one scan rests on: a full match of the LiDAR, a thin one, motion alone, nothing
-/// any more. How well it is known, along a blind way above all, its covariance says.
+/// Source of the pose of one scan: a full match of the LiDAR, a weak one, the predicted motion
+/// alone, or none any more. Its uncertainty, above all along a degenerate direction, is in the
+/// covariance.
 enum class PoseQuality { kGood, kWeak, kPredicted, kDiverged };
 
-/// The pose at the last point of one sweep, as known when the sweep was processed.
+/// The pose at the last point of one scan, as estimated when the scan was processed.
 struct PoseEstimate {
   VehicleId vehicle;
   Time t;
-  geometry::SE3 T_local_body;  ///< in the filter's frame, which LiDAR and ranges may move
+  geometry::SE3 T_local_body;  ///< in the filter's frame, where LiDAR and ranges may shift it
   geometry::SE3 T_odom_body;   ///< in the frame that never jumps
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
   geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of T_local_body, geometry::boxplus
@@ -48,15 +49,15 @@ struct PoseEstimate {
   degeneracy::Report degeneracy;
   int matches = 0;  ///< points with a plane
   double residual_rms_m = 0.0;
-  bool at_rest = false;          ///< the vehicle stands, its pose is held
-  bool seeks_gravity = false;    ///< inertial data are to tell where it points, but do not yet
-  double level_sigma_rad = 0.0;  ///< how well they do: of roll and pitch of the frame `local`
-  double correction_m = 0.0;     ///< what ranges moved the pose since the last sweep
-  std::optional<VehicleId> range_from;  ///< whose range did
+  bool at_rest = false;          ///< standstill: the pose is kept constant
+  bool seeks_gravity = false;    ///< has inertial data, but gravity is not initialised by them yet
+  double level_sigma_rad = 0.0;  ///< of roll and pitch of the frame `local`, by gravity
+  double correction_m = 0.0;     ///< shift by ranges since the last scan
+  std::optional<VehicleId> range_from;  ///< whose range caused it
 };
 
-/// What the local pose graph made of an earlier keyframe: ranges that came later corrected it.
-/// Replaces what was said about it before.
+/// An earlier keyframe as corrected by the local pose graph with later ranges. Replaces earlier
+/// reports of that keyframe.
 struct KeyframeCorrected {
   KeyframeId id;
   Time t;
@@ -70,7 +71,7 @@ struct KeyframeAdded {
   std::shared_ptr<const odometry::Keyframe> keyframe;
 };
 
-/// Gravity in odom changed enough to matter for the frame in which results are written.
+/// Estimate of gravity in odom, for the frame in which results are written.
 struct GravityEstimate {
   VehicleId vehicle;
   Time t;
@@ -78,7 +79,7 @@ struct GravityEstimate {
   geometry::Mat3 covariance = geometry::Mat3::Zero();
 };
 
-/// Something that others of the fleet must have for good.
+/// A fact that the other vehicles of the fleet need permanently.
 struct FactMade {
   std::shared_ptr<const fleet::Fact> fact;
 };

@@ -8,7 +8,7 @@ namespace rali::vehicle {
 
 namespace {
 
-/// Sensors count to 1, 100, 255 or 65535: a byte has to do for all.
+/// Full scale of sensors is 1, 100, 255 or 65535; a message has one byte.
 std::uint8_t to_byte(float intensity) {
   const float full = intensity > 255.0F ? 257.0F : 1.0F;
   const float scaled = std::isfinite(intensity) ? intensity / full : 0.0F;
@@ -51,7 +51,8 @@ void FactWriter::write(Time t, fleet::FactBody body, OutputList& out) {
   out.emplace_back(FactMade{std::make_shared<const fleet::Fact>(std::move(fact))});
 }
 
-/// Thinned by bundles of rays: which point of a bundle is kept says nothing about its range error.
+/// Thinned by bundles of rays: the choice of a point in a bundle does not depend on its range
+/// error.
 fleet::KeyframePoints FactWriter::points_of(std::uint32_t number,
                                             const odometry::Keyframe& keyframe) {
   const odometry::KeyframeCloud& cloud = keyframe.cloud;

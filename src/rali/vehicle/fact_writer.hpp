@@ -11,16 +11,16 @@
 
 namespace rali::vehicle {
 
-/// Numbers what a vehicle has to tell the others for good.
+/// Numbers the permanent facts that a vehicle sends to the others.
 class FactWriter {
  public:
   FactWriter(VehicleId self, const VehicleSettings& settings);
 
-  /// After each sweep. @param ranges the sane ones since the last sweep, by time
+  /// Call after each scan. @param ranges the sane ones since the last scan, by time
   void add(Time t, const std::optional<PathNode>& node, const odometry::Keyframe* keyframe,
            const std::vector<fleet::RangeEntry>& ranges, OutputList& out);
 
-  /// What is still held back at the end of the data.
+  /// Writes what is still queued at the end of the data.
   void flush(OutputList& out);
 
  private:

@@ -6,7 +6,7 @@ namespace rali::vehicle {
 
 namespace {
 
-/// A bias that the user says does not wander at all: no solver divides by zero.
+/// Smallest random walk of a bias: zero, if set by the user, would make a solver divide by zero.
 constexpr double kWalkMin = 1e-9;
 
 }  // namespace

@@ -7,7 +7,7 @@
 
 namespace rali::vehicle {
 
-/// The graph's factor of preintegrated samples; whose keyframes and gravity the caller fills in.
+/// The graph factor of preintegrated samples. The caller fills in its keyframes and gravity.
 [[nodiscard]] graph::InertialFactor inertial_factor(const imu::Preintegration& sum,
                                                     const odometry::ImuNoiseSettings& noise,
                                                     const geometry::SE3& T_body_imu);

@@ -4,8 +4,8 @@
 
 namespace rali::vehicle {
 
-/// Noise of the inertial data over a drive: the mean of its logarithm over the scans in which it
-/// was measured.
+/// Noise of the inertial data over a drive: the geometric mean over the scans in which it was
+/// measured.
 class NoiseTally {
  public:
   void add(const imu::MeasuredNoise& now);

@@ -12,9 +12,9 @@ using geometry::Vec6;
 
 namespace {
 
-Vec3 limited(const Vec3& v, double most) {
+Vec3 limited(const Vec3& v, double maximum) {
   const double length = v.norm();
-  return length > most ? Vec3(v * (most / length)) : v;
+  return length > maximum ? Vec3(v * (maximum / length)) : v;
 }
 
 }  // namespace
@@ -38,7 +38,7 @@ SE3 OdomFrame::follow(const odometry::ScanResult& result) {
   const OdomLimits limits = limits_for(result);
   t_ = result.t;
   if (result.new_map) {
-    // Where the pose was put is no motion, and the prediction is what led to the loss.
+    // The reset of the pose is no motion, and the prediction is what led to the loss.
     T_lidar_body_ = T_odom_body_;
     return T_odom_body_;
   }
@@ -55,7 +55,7 @@ SE3 OdomFrame::follow(const odometry::ScanResult& result) {
 
 Mat6 odom_covariance(const Mat6& covariance_local, const SE3& T_local_body,
                      const SE3& T_odom_body) {
-  // Rotation is perturbed in the body, position in the outer frame: only the latter turns.
+  // Rotation is perturbed in the body, position in the outer frame: only the latter is rotated.
   Mat6 J = Mat6::Identity();
   J.bottomRightCorner<3, 3>() = T_odom_body.R * T_local_body.R.transpose();
   Vec6 left_out;

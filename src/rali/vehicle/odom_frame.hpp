@@ -5,22 +5,22 @@
 
 namespace rali::vehicle {
 
-/// The most that the LiDAR may move odom with one scan, beyond the predicted motion.
+/// The largest correction of odom by the LiDAR in one scan, beyond the predicted motion.
 struct OdomLimits {
   double shift_m = 0.03;
   double turn_rad = 0.01;
-  /// Without inertial data the prediction is constant velocity, and what the LiDAR finds beyond it
-  /// is motion as far as the vehicle can accelerate: 3 cm in a tenth of a second, 0.75 m in half a
-  /// second. A hand turns a sensor that fast.
+  /// Without inertial data the prediction is constant velocity. A correction by the LiDAR then
+  /// counts as motion up to what the vehicle can accelerate: 3 cm in a tenth of a second, 0.75 m in
+  /// half a second. A hand turns a sensor that fast.
   double accel_mps2 = 3.0;
   double accel_radps2 = 4.0;
-  double scan_max_s = 0.5;  ///< of a longer time between two scans no more counts as motion
+  double scan_max_s = 0.5;  ///< a longer time between two scans counts as this
 };
 
-/// The frame `odom` of REP-105, in which a vehicle's pose never jumps: it goes by the predicted
-/// motion, and follows what the LiDAR corrects in small steps. The filter's own frame, `local`,
-/// moves at once, by ranges as well, and where a lost map begins again: what odom leaves out is in
-/// T_map_odom. Output alone, nothing is estimated from it.
+/// The frame `odom` of REP-105, in which the pose of a vehicle never jumps. It follows the
+/// predicted motion, and takes corrections by the LiDAR in small steps. In the filter's own frame,
+/// `local`, the pose shifts at once, also by ranges and where a lost map starts again. T_map_odom
+/// contains the corrections that odom omits. It is output only: nothing is estimated from it.
 class OdomFrame {
  public:
   explicit OdomFrame(const OdomLimits& limits = {}) : limits_(limits) {}
@@ -35,10 +35,10 @@ class OdomFrame {
   bool started_ = false;
   Time t_;  ///< of the last scan
   geometry::SE3 T_odom_body_;
-  geometry::SE3 T_lidar_body_;  ///< where the LiDAR alone would have it
+  geometry::SE3 T_lidar_body_;  ///< with all corrections by the LiDAR, unlimited
 };
 
-/// Of the pose in odom: that of the pose in `local`, and what odom has left out.
+/// Covariance of the pose in odom: that of the pose in `local`, plus the square of what odom omits.
 [[nodiscard]] geometry::Mat6 odom_covariance(const geometry::Mat6& covariance_local,
                                              const geometry::SE3& T_local_body,
                                              const geometry::SE3& T_odom_body);

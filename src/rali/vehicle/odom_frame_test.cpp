@@ -13,7 +13,7 @@ SE3 at(double x_m, double yaw_rad = 0.0) {
   return {geometry::rotation_from_rpy(0.0, 0.0, yaw_rad), Vec3(x_m, 0.0, 0.0)};
 }
 
-/// A scan that inertial data predicted at `predicted`, after `step`, and the LiDAR put at `found`.
+/// A scan with the inertial prediction `predicted`, after `step`, and the LiDAR result `found`.
 odometry::ScanResult scan(const SE3& step, const SE3& predicted, const SE3& found) {
   odometry::ScanResult out;
   out.inertial = true;
@@ -23,7 +23,7 @@ odometry::ScanResult scan(const SE3& step, const SE3& predicted, const SE3& foun
   return out;
 }
 
-/// The farthest that odom moved beyond what was predicted.
+/// Distance that odom moved beyond the prediction.
 double beyond_m(const SE3& before, const SE3& step, const SE3& now) {
   return ((before * step).p - now.p).norm();
 }
@@ -39,7 +39,7 @@ TEST(OdomFrame, follows_the_lidar_at_once_where_it_corrects_little) {
 TEST(OdomFrame, a_large_correction_of_the_lidar_comes_in_small_steps_and_is_not_lost) {
   OdomFrame odom;
   SE3 before = odom.follow(scan({}, {}, {}));
-  SE3 found = at(0.3);  // found 0.2 m and 0.04 rad off what was predicted
+  SE3 found = at(0.3);  // 0.2 m and 0.04 rad off the prediction
   found.R = geometry::rotation_from_rpy(0.0, 0.0, 0.04);
   SE3 now = odom.follow(scan(at(0.1), at(0.1), found));
   EXPECT_LE(beyond_m(before, at(0.1), now), 0.03 + 1e-12);
@@ -56,7 +56,7 @@ TEST(OdomFrame, a_range_moves_local_and_not_odom) {
   OdomFrame odom;
   odom.follow(scan({}, {}, {}));
   odom.follow(scan(at(0.1), at(0.1), at(0.1)));
-  // A range put the pose 5 m ahead; the LiDAR agrees with what was predicted from there.
+  // A range shifted the pose 5 m ahead; the LiDAR agrees with the prediction from there.
   const SE3 now = odom.follow(scan(at(0.1), at(5.2), at(5.2)));
   EXPECT_NEAR(now.p.x(), 0.2, 1e-12);
 }
@@ -85,16 +85,16 @@ TEST(OdomFrame, without_inertial_data_a_jump_comes_in_small_steps_too) {
   EXPECT_NEAR(geometry::so3_log(now.R).z(), 0.4, 1e-9);
 }
 
-// Two scans a second of a sensor in a hand: constant velocity is off by decimetres and by half a
-// radian, and each scan by others. Three centimetres of it would leave odom metres behind in
-// seconds.
+// A hand-held sensor at two scans a second: constant velocity is off by decimetres and by half a
+// radian, differently in each scan. Corrections of three centimetres would leave odom metres behind
+// in seconds.
 TEST(OdomFrame, at_two_scans_a_second_what_a_vehicle_can_accelerate_is_motion) {
   OdomFrame odom;
   odom.follow(alone(0.0, {}, {}, {}));
   const SE3 now = odom.follow(alone(0.5, at(0.5), at(0.5), at(0.8, 0.5)));
   EXPECT_NEAR(now.p.x(), 0.8, 1e-12);
   EXPECT_NEAR(geometry::so3_log(now.R).z(), 0.5, 1e-12);
-  // What no vehicle does comes in steps, and a longer gap allows no more.
+  // Larger corrections are taken in steps, and a longer gap allows no larger ones.
   const SE3 far = odom.follow(alone(3.0, {}, now, at(5.8)));
   EXPECT_NEAR((far.p - now.p).norm(), 0.75, 1e-9);
 }

@@ -43,7 +43,7 @@ Steps drive(TestRoom room, bool has_imu, double covered_s, double until_s) {
         const auto step = [](const geometry::SE3& a, const geometry::SE3& b) {
           return (a.p - b.p).norm();
         };
-        const double known_m = TestRoom::kSweep_s * last->v_odom_mps.norm();
+        const double known_m = TestRoom::kScan_s * last->v_odom_mps.norm();
         steps.odom_max_m =
             std::max(steps.odom_max_m, step(last->T_odom_body, pose->T_odom_body) - known_m);
         steps.local_max_m =
@@ -52,12 +52,12 @@ Steps drive(TestRoom room, bool has_imu, double covered_s, double until_s) {
       last = *pose;
     }
   };
-  for (double t_s = 0.0; t_s < until_s - 1e-9; t_s += TestRoom::kSweep_s) {
+  for (double t_s = 0.0; t_s < until_s - 1e-9; t_s += TestRoom::kScan_s) {
     auto scan = room.scan(t_s);
-    for (; has_imu && imu_s <= t_s + TestRoom::kSweep_s; imu_s += 0.005) feed(room.imu(imu_s));
+    for (; has_imu && imu_s <= t_s + TestRoom::kScan_s; imu_s += 0.005) feed(room.imu(imu_s));
     if (t_s > covered_s && t_s < covered_s + 2.5) {
       auto empty = std::make_shared<LidarScan>();
-      empty->t_begin = scan->t_begin;
+      empty->t_start = scan->t_start;
       empty->t_end = scan->t_end;
       scan = empty;
     }
@@ -74,7 +74,7 @@ TestRoom small_room() {
   return room;
 }
 
-// 3 cm that the LiDAR may correct, and what 1 m/s2 adds to the speed known before.
+// 3 cm of correction by the LiDAR, and what 1 m/s2 adds to the speed known before.
 constexpr double kMotion_m = 0.03 + 0.015;
 
 TEST(OdomOfAVehicle, goes_on_when_the_map_is_lost_and_begins_again) {

@@ -20,8 +20,8 @@ degeneracy::PaperDegree PaperDetector::degree(const sensor::LidarScan& scan,
   }
   normals_.clear();
   if (scan.has_rings) {
-    // The sweep as measured: what motion bends within the few decimetres between neighbours is
-    // far below the angle at which features are told from noise.
+    // The scan is not undistorted: the distortion within the few decimetres between neighbours is
+    // far below the angle that separates features from noise.
     extractor_.extract(odometry::paper::view_of(scan), feature_settings_, features_);
     for (std::size_t i = 0; i < features_.size(); ++i) {
       const Eigen::Vector3f n(features_.nx[i], features_.ny[i], features_.nz[i]);

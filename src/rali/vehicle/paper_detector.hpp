@@ -9,13 +9,13 @@
 
 namespace rali::vehicle {
 
-/// The paper's degree on every scan, whichever odometry runs: preset `paper` delivers the normals
-/// of its features, for the others they are extracted here by the same rule.
+/// Computes the paper's degree of degeneracy on every scan, with any odometry. Preset `paper`
+/// delivers the normals of its features; for the others they are extracted here by the same rule.
 class PaperDetector {
  public:
   explicit PaperDetector(const VehicleSettings& settings);
 
-  /// Not known for a sensor without rings, since the rule needs them.
+  /// Unknown for a sensor without rings, since the rule needs them.
   [[nodiscard]] degeneracy::PaperDegree degree(const sensor::LidarScan& scan,
                                                const odometry::ScanResult& result,
                                                const geometry::Vec3& g_odom_mps2);

@@ -1,4 +1,4 @@
-// The part of PaperRangeStage that knows places of peers and calibrates pairs of radios.
+// The part of PaperRangeStage that locates peers and calibrates pairs of radios.
 #include <algorithm>
 #include <cmath>
 
@@ -32,12 +32,12 @@ ranging::PairPrior prior_of(const PeerWatch& peer, const SE3& T_odom_first,
 
 }  // namespace
 
-/// What was measured by hand before the start, what ranges made of it, and what the peer reported
-/// of its path since.
-void PaperRangeStage::know_place(const PairKey& key, Pair& pair) {
+/// Position of the peer, from the start pose measured by hand, its calibration by ranges, and the
+/// path reported by the peer since.
+void PaperRangeStage::fix_landmark(const PairKey& key, Pair& pair) {
   if (pair.p_odom_peer_m || !first_pose_) return;
   const PeerWatch& peer = peers_.at(std::get<1>(key));
-  const std::optional<KnownPlace> place = place_of(peer, peers_end(key), *first_pose_, kUpOdom);
+  const std::optional<KnownLandmark> place = place_of(peer, peers_end(key), *first_pose_, kUpOdom);
   if (!place) return;
   pair.p_odom_peer_m = place->p_odom_m;
   pair.place_covariance_m2 = place->covariance_m2;
@@ -49,12 +49,12 @@ void PaperRangeStage::know_place(const PairKey& key, Pair& pair) {
     const Mat3 R = fleet::level_start(*first_pose_, kUpOdom).R * peer.settings.prior->T_self_peer.R;
     drift_m2 += R * peer.pose->position_covariance_m2 * R.transpose();
   }
-  pair.calibration->begin_stay(place->p_odom_m, drift_m2);
+  pair.calibration->start_stay(place->p_odom_m, drift_m2);
   pair.p_odom_peer_m = pair.calibration->place_m();
 }
 
-/// A smoothed range where the LiDAR constrains the position, or where the vehicle stands: then it
-/// is the peer's place and the pair's constant that it measures.
+/// Calibrates by a smoothed range where the LiDAR constrains the position, or at standstill: there
+/// it measures the peer's position and the pair's constant.
 void PaperRangeStage::calibrate(const PairKey& key, Pair& pair, const ScanResult& result,
                                 const SE3& T_end) {
   if (!pair.calibration || !pair.calibration->in_stay() || !pair.newest) return;

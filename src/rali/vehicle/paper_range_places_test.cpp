@@ -11,7 +11,7 @@ using geometry::Vec3;
 using odometry::KeyframeMove;
 using ranging::RangeUse;
 
-/// Ranges 0.25 m too long: twelve metres where the LiDAR knows the way, then the corridor.
+/// Ranges 0.25 m too long: twelve metres where the LiDAR is not degenerate, then the corridor.
 std::optional<KeyframeMove> after_known_places(Bench& b) {
   b.settings.ranging.paper.gap_m = 0.1;
   b.seen = &kRoom;
@@ -19,17 +19,17 @@ std::optional<KeyframeMove> after_known_places(Bench& b) {
   double t_s = 0.1;
   for (double x = 2.0; x < 15.0; x += 2.0, t_s += 1.0) {
     b.ranges(t_s + 0.05, t_s + 1.0, std::hypot(x, 1.0) + 0.25);
-    static_cast<void>(b.sweep(t_s + 1.0, {x, 0.0, 0.0}));
+    static_cast<void>(b.scan(t_s + 1.0, {x, 0.0, 0.0}));
   }
   b.seen = &kCorridor;
   b.ranges(t_s + 0.05, t_s + 1.0, std::hypot(16.0, 1.0) + 0.25);
-  const auto move = b.sweep(t_s + 1.0, {16.0, 0.0, 0.0});
+  const auto move = b.scan(t_s + 1.0, {16.0, 0.0, 0.0});
   b.stage->flush(b.out);
   return move;
 }
 
-// All from one side, so that 0.25 m are shared by the variances of place (0.2 m) and constant (0.1
-// m): a fifth of it is the constant. Both together fit, and nothing is corrected.
+// All from one side, so that 0.25 m are divided by the variances of position (0.2 m) and constant
+// (0.1 m): a fifth of it is the constant. Both together fit, and nothing is corrected.
 TEST(PaperRanges, calibrate_their_constant_where_the_lidar_knows_the_place) {
   Bench b;
   EXPECT_FALSE(after_known_places(b));
@@ -44,20 +44,20 @@ TEST(PaperRanges, are_taken_for_right_as_printed) {
   EXPECT_GT(move->T_odom_body.p.x(), 16.1);
 }
 
-// The position of the first scan that is not degenerate hangs on the prediction along the stretch.
+// The first scan that is not degenerate has a position that depends on the prediction before it.
 TEST(PaperRanges, correct_the_first_keyframe_after_a_degenerate_stretch_and_no_later_one) {
   Bench b;
   b.begin();
   b.seen = &kRoom;
   b.ranges(0.15, 1.1, 20.5);
-  const auto move = b.sweep(1.1, {20.0, 0.0, 0.0});
+  const auto move = b.scan(1.1, {20.0, 0.0, 0.0});
   ASSERT_TRUE(move);
   EXPECT_NEAR(move->T_odom_body.p.x(), 20.0 + kShift, 1e-5);
   b.ranges(1.15, 2.1, 21.5);
-  EXPECT_FALSE(b.sweep(2.1, {20.0, 0.0, 0.0}));
+  EXPECT_FALSE(b.scan(2.1, {20.0, 0.0, 0.0}));
 }
 
-// The peer came to stand 0.3 m farther away than it reported. That is its error, not the own.
+// The peer stops 0.3 m farther away than it reported. That is its error, not the own one.
 TEST(PaperRanges, of_two_that_stand_move_the_peers_place) {
   Bench b;
   b.settings.ranging.paper.gap_m = 0.1;
@@ -65,10 +65,10 @@ TEST(PaperRanges, of_two_that_stand_move_the_peers_place) {
   b.begin();
   b.at_rest = true;
   b.ranges(0.15, 1.1, 10.3);
-  EXPECT_FALSE(b.sweep(1.1, Vec3::Zero()));
+  EXPECT_FALSE(b.scan(1.1, Vec3::Zero()));
   b.at_rest = false;
   b.ranges(1.15, 2.1, 15.3);
-  EXPECT_FALSE(b.sweep(2.1, {5.0, 0.0, 0.0}));
+  EXPECT_FALSE(b.scan(2.1, {5.0, 0.0, 0.0}));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The part of PaperRangeStage that tells what became of ranges and keyframes after a sweep.
+// The part of PaperRangeStage that reports the outcome of ranges and keyframes after a scan.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -21,17 +21,18 @@ using sensor::RangeSample;
 
 namespace {
 
-/// Keyframes that moved less than this are not told anew (algorithms 5.5).
-constexpr double kToldM = 0.02;
-constexpr double kToldRad = 0.1 * std::numbers::pi / 180.0;
+/// Keyframes that moved less than this are not reported again (algorithms 5.5).
+constexpr double kReportedM = 0.02;
+constexpr double kReportedRad = 0.1 * std::numbers::pi / 180.0;
 
 bool differ(const SE3& a, const SE3& b) {
-  return (a.p - b.p).norm() > kToldM || geometry::so3_log(a.R.transpose() * b.R).norm() > kToldRad;
+  return (a.p - b.p).norm() > kReportedM ||
+         geometry::so3_log(a.R.transpose() * b.R).norm() > kReportedRad;
 }
 
 }  // namespace
 
-RangeEffect PaperRangeStage::after_sweep(const ScanResult& result, OutputList& out) {
+RangeEffect PaperRangeStage::after_scan(const ScanResult& result, OutputList& out) {
   if (result.state == odometry::TrackState::kWaiting) return {};
   // Ranges are compared with the pose as it was before they moved it.
   const SE3 T_end = T_uncorrected_.value_or(result.T_odom_body);
@@ -39,9 +40,9 @@ RangeEffect PaperRangeStage::after_sweep(const ScanResult& result, OutputList& o
     predict(key, pair, result.t, T_end);
     calibrate(key, pair, result, T_end);
     seek(key, pair, result, T_end);
-    tell_ranges(pair, result.t, out);
+    report_ranges(pair, result.t, out);
   }
-  tell_keyframes(out);
+  report_keyframes(out);
   const degeneracy::PaperDegree degree = degree_of(result);
   const bool degenerate = degree.degenerate && degree.direction_known;
   degenerate_odom_ =
@@ -59,8 +60,8 @@ RangeEffect PaperRangeStage::after_sweep(const ScanResult& result, OutputList& o
 SE3 PaperRangeStage::pose_at(Time t, Time t_end, const SE3& T_end) const {
   const double whole_s = seconds_between(t_last_, t_end);
   if (!first_pose_ || !(whole_s > 0.0)) return T_end;
-  const double share = std::clamp(seconds_between(t_last_, t) / whole_s, 0.0, 1.0);
-  return geometry::interpolate(T_last_, T_end, share);
+  const double fraction = std::clamp(seconds_between(t_last_, t) / whole_s, 0.0, 1.0);
+  return geometry::interpolate(T_last_, T_end, fraction);
 }
 
 void PaperRangeStage::predict(const PairKey& key, Pair& pair, Time t_end, const SE3& T_end) const {
@@ -75,7 +76,7 @@ void PaperRangeStage::predict(const PairKey& key, Pair& pair, Time t_end, const 
   }
 }
 
-/// Ranges along the own way to a peer whose place is not known.
+/// Locates a peer of unknown position by ranges along the own path.
 void PaperRangeStage::seek(const PairKey& key, Pair& pair, const ScanResult& result,
                            const SE3& T_end) {
   const double height_m = peers_end(key).z() - own_end(key).z();
@@ -96,26 +97,26 @@ void PaperRangeStage::seek(const PairKey& key, Pair& pair, const ScanResult& res
   pair.sought.clear();
 }
 
-void PaperRangeStage::tell_ranges(Pair& pair, Time now, OutputList& out) const {
+void PaperRangeStage::report_ranges(Pair& pair, Time now, OutputList& out) const {
   std::erase_if(pair.pending, [&](const Pending& pending) {
     const double age_s = seconds_between(pending.use.sample.t, now);
-    // Older ones are in no fit any more.
-    const bool tell = pending.decided || age_s > paper_.smoother_s;
-    if (tell) out.emplace_back(pending.use);
-    return tell;
+    // Older ones are no longer part of any fit.
+    const bool report = pending.decided || age_s > paper_.smoother_s;
+    if (report) out.emplace_back(pending.use);
+    return report;
   });
 }
 
-void PaperRangeStage::tell_keyframes(OutputList& out) {
+void PaperRangeStage::report_keyframes(OutputList& out) {
   const auto& nodes = window_.nodes();
   for (const PaperWindow::Node& node : nodes) {
-    SE3& told = told_[node.seq];
-    if (!differ(told, node.T_odom_body)) continue;
-    told = node.T_odom_body;
+    SE3& reported = reported_[node.seq];
+    if (!differ(reported, node.T_odom_body)) continue;
+    reported = node.T_odom_body;
     const KeyframeId id{self_, fleet::first_keyframe_of(settings_.facts.epoch) + node.seq};
     out.emplace_back(KeyframeCorrected{id, node.t, node.T_odom_body, node.covariance});
   }
-  if (!nodes.empty()) told_.erase(told_.begin(), told_.lower_bound(nodes.front().seq));
+  if (!nodes.empty()) reported_.erase(reported_.begin(), reported_.lower_bound(nodes.front().seq));
 }
 
 void PaperRangeStage::flush(OutputList& out) {

@@ -25,7 +25,7 @@ using sensor::RangeSample;
 
 namespace {
 
-/// More antennas than that nobody has, and a hostile recording must not make pairs without end.
+/// No fleet has more pairs, and a hostile recording must not create pairs without end.
 constexpr std::size_t kPairsMax = 64;
 
 /// Odom's z axis is up in preset `paper`, by construction.
@@ -82,13 +82,13 @@ void PaperRangeStage::on(const PeerStatus& status) {
   if (found == peers_.end()) return;
   found->second.on(status, settings_.ranging.place_stay_m);
   if (found->second.at_rest) return;
-  // A peer that drives off takes its place with it, and its ranges lie on no line any more.
+  // A peer that drives off is no landmark any more, and its ranges no longer lie on a line.
   for (auto& [key, pair] : pairs_) {
-    if (std::get<1>(key) == status.vehicle) forget_place(pair);
+    if (std::get<1>(key) == status.vehicle) forget_landmark(pair);
   }
 }
 
-void PaperRangeStage::forget_place(Pair& pair) {
+void PaperRangeStage::forget_landmark(Pair& pair) {
   pair.smoother.reset();
   pair.finder.reset();
   pair.newest.reset();
@@ -97,7 +97,7 @@ void PaperRangeStage::forget_place(Pair& pair) {
   pair.sought.clear();
 }
 
-/// Own antenna, peer and its antenna; nothing if an end is nobody's.
+/// Own antenna, peer and its antenna; nothing if an end is unknown.
 std::optional<PaperRangeStage::PairKey> PaperRangeStage::understand(
     const RangeSample& sample) const {
   const bool forth = sample.from == self_;
@@ -130,7 +130,7 @@ Vec3 PaperRangeStage::peers_end(const PairKey& key) const {
   return peers_.at(std::get<1>(key)).settings.antennas_body_m[std::get<2>(key)];
 }
 
-void PaperRangeStage::before_sweep(Time t_end, OutputList& out) {
+void PaperRangeStage::before_scan(Time t_end, OutputList& out) {
   while (!waiting_.empty() && waiting_.front().t <= t_end) {
     const RangeSample sample = waiting_.front();
     waiting_.pop_front();
@@ -159,7 +159,7 @@ void PaperRangeStage::take(const RangeSample& sample, OutputList& out) {
   if (!ranging::signal_quality(sample, settings_.ranging.signal).clear()) {
     pair.t_unclear = sample.t;
   }
-  know_place(key, pair);
+  fix_landmark(key, pair);
   if (!pair.p_odom_peer_m) {
     pair.sought.push_back(sample);
     out.emplace_back(use_of(sample, RangeReason::kNoPose));
@@ -182,8 +182,8 @@ degeneracy::PaperDegree PaperRangeStage::degree_of(const ScanResult& scan) const
   return degeneracy::paper_degree(scan.feature_normals_body, up_body, degree_);
 }
 
-/// With the first scan after a degenerate stretch the position still hangs on what was predicted
-/// along it: it counts as the stretch's last.
+/// At the first scan after a degenerate stretch the position still depends on the prediction along
+/// it: this scan counts as the stretch's last.
 degeneracy::PaperDegree PaperRangeStage::degree_until(const ScanResult& scan) const {
   degeneracy::PaperDegree degree = degree_of(scan);
   const bool next = degenerate_odom_ && seconds_between(t_last_, scan.t) <= paper_.smoother_s;
@@ -198,31 +198,31 @@ std::optional<KeyframeMove> PaperRangeStage::at_keyframe(const ScanResult& scan,
                                                          const KeyframeInertia& inertia) {
   const degeneracy::PaperDegree degree = degree_until(scan);
   const bool lost = scan.state == odometry::TrackState::kDiverged;
-  if (lost) window_.clear();  // a new map: nothing ties it to the old one
+  if (lost) window_.clear();  // a new map: no factor connects it to the old one
   const std::uint32_t seq = next_seq_++;
   const Vec3 e3_odom = scan.T_odom_body.R * degree.direction_body;
-  const bool blind = degree.degenerate && degree.direction_known;
+  const bool degenerate = degree.degenerate && degree.direction_known;
   PaperWindow::Node node = node_of(seq, scan, inertia);
-  if (blind) node.e3_odom = e3_odom;
+  if (degenerate) node.e3_odom = e3_odom;
   window_.add(std::move(node), degree.degenerate);
-  told_[seq] = scan.T_odom_body;
-  passage_odom_ = blind ? std::optional(e3_odom) : std::nullopt;
-  // What stands does not slip: a gap is the place's error, or the pair's.
+  reported_[seq] = scan.T_odom_body;
+  passage_odom_ = degenerate ? std::optional(e3_odom) : std::nullopt;
+  // At standstill the pose does not slip: a gap is an error of the peer's position or of the pair.
   if (lost || (scan.at_rest && !literal_)) return std::nullopt;
   const std::optional<Candidate> candidate = best_candidate(scan, e3_odom);
   if (!candidate) return std::nullopt;
   const Correction done = correct(*candidate, scan, degree, inertia.T_odom_body_predicted);
   count(done);
-  const bool moved = apply(done, *candidate, wants_factor(done, blind, candidate->along));
+  const bool moved = apply(done, *candidate, wants_factor(done, degenerate, candidate->along));
   judge(done.outcome, moved, *candidate->pair);
   if (!moved) return std::nullopt;
   const SE3& T_new = window_.nodes().back().T_odom_body;
-  told_[seq] = T_new;
+  reported_[seq] = T_new;
   T_uncorrected_ = scan.T_odom_body;
   effect_.shift_m = (T_new.p - scan.T_odom_body.p).norm();
   effect_.from = candidate->peer;
   KeyframeMove move = move_of_window();
-  if (blind) move.known = known_along(*candidate, e3_odom, T_new.p - scan.T_odom_body.p);
+  if (degenerate) move.known = known_along(*candidate, e3_odom, T_new.p - scan.T_odom_body.p);
   return move;
 }
 
@@ -241,7 +241,8 @@ PaperWindow::Node PaperRangeStage::node_of(std::uint32_t seq, const ScanResult& 
   return node;
 }
 
-/// The pair that sees most along the blind direction: its range says most, and errs least.
+/// The pair with its line of sight nearest to the degenerate direction: its range gives most
+/// information, with the least error.
 std::optional<PaperRangeStage::Candidate> PaperRangeStage::best_candidate(const ScanResult& scan,
                                                                           const Vec3& e3_odom) {
   std::optional<Candidate> best;
@@ -267,10 +268,10 @@ std::optional<PaperRangeStage::Candidate> PaperRangeStage::candidate_of(
   const double age_s = seconds_between(smoothed.t, scan.t);
   const bool stands =
       peers_.at(std::get<1>(key)).stands_at(scan.t, settings_.ranging.status_valid_s);
-  const int least =
+  const int minimum =
       paper_.smoother == ranging::PaperSmoother::kNone ? 1 : paper_.smoother_samples_min;
-  // As the smoother itself: after a gap of half its length the link is lost.
-  if (!stands || age_s > 0.5 * paper_.smoother_s || smoothed.samples < least) return std::nullopt;
+  // As in the smoother itself: after a gap of half its length the link is lost.
+  if (!stands || age_s > 0.5 * paper_.smoother_s || smoothed.samples < minimum) return std::nullopt;
   Candidate out;
   out.pair = &pair;
   out.peer = std::get<1>(key);
@@ -297,8 +298,8 @@ Correction PaperRangeStage::correct(const Candidate& candidate, const ScanResult
   return ranging::correct_on_circle(in, paper_);
 }
 
-/// Across the degenerate direction a range says nothing about it, but pulls at what the LiDAR
-/// knows.
+/// A range across the degenerate direction does not constrain it, but disturbs what the LiDAR
+/// constrains.
 bool PaperRangeStage::wants_factor(const Correction& done, bool degenerate, double along) const {
   const bool corrected = done.outcome == CorrectionOutcome::kCorrected;
   const bool fits = done.outcome == CorrectionOutcome::kNotNeeded;
@@ -338,8 +339,8 @@ void PaperRangeStage::count(const Correction& done) {
   longest_m_ = std::max(longest_m_, std::abs(done.s_m));
 }
 
-/// A range that is used was used with all that were fitted with it; of one that is refused the
-/// others may still be of use at the next keyframe.
+/// If a smoothed range is used, all ranges in its fit were used. If it is refused, the others of
+/// its fit may still be used at the next keyframe.
 void PaperRangeStage::judge(CorrectionOutcome outcome, bool used, Pair& pair) const {
   if (!used && reason_of(outcome) == RangeReason::kNotNeeded) return;
   const Time newest = pair.newest->t;

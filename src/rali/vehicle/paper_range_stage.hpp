@@ -24,21 +24,21 @@
 namespace rali::vehicle {
 
 /// The paper's use of ranges (section "Range Constraints for Degenerate Correction"; algorithms
-/// 4.2, 5.2, 6.1): ranges to a peer that stands are smoothed; at a keyframe, where the paper's
-/// detector finds a blind direction and the range disagrees, the pose is moved along that direction
-/// onto the circle of the range, and the smoothed range becomes a factor of the local graph. Where
-/// the own position is known without it, a smoothed range calibrates its pair's constant error and
-/// the peer's place instead. Every range handed in comes out as one RangeUse.
+/// 4.2, 5.2, 6.1). Ranges to a peer at standstill are smoothed. At a keyframe where the paper's
+/// detector finds a degenerate direction and the range disagrees, the pose is moved along that
+/// direction onto the circle of the range. The smoothed range then becomes a factor of the local
+/// graph. Where the own position is observable without it, a smoothed range instead calibrates its
+/// pair's constant error and the peer's position. Every range handed in comes out as one RangeUse.
 class PaperRangeStage final : public odometry::KeyframeCorrector {
  public:
   PaperRangeStage(VehicleId self, const VehicleSettings& settings);
 
-  /// Waits until the sweep that covers its time is there.
+  /// Queues the range until the scan that covers its time arrives.
   void add(const sensor::RangeSample& sample, OutputList& out);
   void on(const PeerStatus& status);
 
-  /// Smooths what was measured up to `t_end`, the end of the sweep that is processed next.
-  void before_sweep(Time t_end, OutputList& out);
+  /// Smooths the ranges measured up to `t_end`, the end of the scan that is processed next.
+  void before_scan(Time t_end, OutputList& out);
 
   [[nodiscard]] std::optional<geometry::Vec3> degenerate_direction(
       std::span<const geometry::Vec3> normals_body, const geometry::Vec3& up_body) const override;
@@ -46,17 +46,18 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
   std::optional<odometry::KeyframeMove> at_keyframe(
       const odometry::ScanResult& scan, const odometry::KeyframeInertia& inertia) override;
 
-  /// Tells what became of ranges and keyframes, and looks for peers whose place is not known.
-  RangeEffect after_sweep(const odometry::ScanResult& result, OutputList& out);
+  /// Reports the outcome of ranges and keyframes, and initialises peers of unknown position.
+  RangeEffect after_scan(const odometry::ScanResult& result, OutputList& out);
 
-  /// What is left at the end of the data cannot be used any more; how often was corrected.
+  /// At the end of the data: reports the remaining ranges, which can no longer be used, and a
+  /// summary of the corrections.
   void flush(OutputList& out);
 
  private:
   /// (own antenna, peer, peer's antenna)
   using PairKey = std::tuple<std::uint8_t, VehicleId, std::uint8_t>;
 
-  /// A range that was smoothed and whose fate is open.
+  /// A smoothed range whose outcome is not reported yet.
   struct Pending {
     ranging::RangeUse use;
     bool decided = false;
@@ -70,20 +71,20 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
           smoother(paper),
           finder(r.finder, given_m, r.bias.sigma_m) {}
 
-    double bias_m;  ///< as the user knows it, taken off each range
+    double bias_m;  ///< given by the user, subtracted from each range
     ranging::RangeSanity sanity;
     ranging::PaperRangeSmoother smoother;
     ranging::AnchorFinder finder;
     std::optional<ranging::SmoothedRange> newest;
-    std::optional<geometry::Vec3> p_odom_peer_m;  ///< of antenna or body, as setting range_point
+    std::optional<geometry::Vec3> p_odom_peer_m;  ///< of antenna or body, by setting range_point
     geometry::Mat3 place_covariance_m2 = geometry::Mat3::Zero();
-    /// Of constant and place; nothing where no start pose was measured.
+    /// Of the constant error and the peer's position; empty if no start pose was measured.
     std::optional<ranging::PairCalibration> calibration;
     std::optional<Time> t_unclear;  ///< of the last range whose signal shows an obstacle
     std::deque<Pending> pending;
-    std::vector<sensor::RangeSample> sought;  ///< of this sweep, while the place is not known
+    std::vector<sensor::RangeSample> sought;  ///< of this scan, to locate the peer
 
-    /// The newest smoothed range without the pair's constant; only if there is one.
+    /// The newest smoothed range less the pair's constant error. Requires `newest`.
     [[nodiscard]] double smoothed_m() const {
       return newest->range_m - (calibration ? calibration->constant_m() : 0.0);
     }
@@ -100,9 +101,9 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
 
   [[nodiscard]] std::optional<PairKey> understand(const sensor::RangeSample& sample) const;
   [[nodiscard]] Pair& pair_of(const PairKey& key);
-  void forget_place(Pair& pair);
+  void forget_landmark(Pair& pair);
   void take(const sensor::RangeSample& sample, OutputList& out);
-  void know_place(const PairKey& key, Pair& pair);
+  void fix_landmark(const PairKey& key, Pair& pair);
   void calibrate(const PairKey& key, Pair& pair, const odometry::ScanResult& result,
                  const geometry::SE3& T_end);
   [[nodiscard]] geometry::Vec3 own_end(const PairKey& key) const;
@@ -133,30 +134,30 @@ class PaperRangeStage final : public odometry::KeyframeCorrector {
   void seek(const PairKey& key, Pair& pair, const odometry::ScanResult& result,
             const geometry::SE3& T_end);
   void predict(const PairKey& key, Pair& pair, Time t_end, const geometry::SE3& T_end) const;
-  void tell_ranges(Pair& pair, Time now, OutputList& out) const;
-  void tell_keyframes(OutputList& out);
+  void report_ranges(Pair& pair, Time now, OutputList& out) const;
+  void report_keyframes(OutputList& out);
   [[nodiscard]] Finding summary() const;
 
   VehicleId self_;
   VehicleSettings settings_;
   ranging::PaperRangeSettings paper_;
   degeneracy::PaperDegreeSettings degree_;
-  bool literal_;  ///< as printed: nothing is calibrated, steps give way in all directions
+  bool literal_;  ///< as in the paper: no calibration, ranges correct steps in all directions
   std::map<VehicleId, PeerWatch> peers_;
   std::map<PairKey, Pair> pairs_;
   std::deque<sensor::RangeSample> waiting_;
   PaperWindow window_;
-  std::map<std::uint32_t, geometry::SE3> told_;  ///< keyframes of the window as last told
+  std::map<std::uint32_t, geometry::SE3> reported_;  ///< keyframes of the window as last reported
   std::uint32_t next_seq_ = 0;
 
   std::optional<geometry::SE3> first_pose_;
-  std::optional<geometry::Vec3> passage_odom_;             ///< blind direction of the last keyframe
-  std::optional<geometry::Vec3> degenerate_odom_;          ///< the same of the last sweep
+  std::optional<geometry::Vec3> passage_odom_;     ///< degenerate direction of the last keyframe
+  std::optional<geometry::Vec3> degenerate_odom_;  ///< the same of the last scan
   geometry::Mat3 covariance_m2_ = geometry::Mat3::Zero();  ///< of the last position
   Time t_last_;
   geometry::SE3 T_last_;
-  std::optional<geometry::SE3> T_uncorrected_;  ///< of this sweep, if it was moved
-  RangeEffect effect_;                          ///< of this sweep
+  std::optional<geometry::SE3> T_uncorrected_;  ///< of this scan, if it was moved
+  RangeEffect effect_;                          ///< of this scan
 
   std::array<std::uint64_t, ranging::kCorrectionOutcomeNames.size()> outcomes_{};
   std::uint64_t closest_ = 0;

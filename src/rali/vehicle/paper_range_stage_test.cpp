@@ -104,7 +104,7 @@ TEST(PaperRanges, are_refused_when_they_ask_for_too_long_a_way_but_not_as_printe
 }
 
 TEST(PaperRanges, are_between_antennas_in_the_plane_or_bodies_as_printed) {
-  // Test T9: u = 20.5, dz = 1.5: 0.420578 with `project`; as printed 20.5 is taken flat.
+  // Test T9: u = 20.5, dz = 1.5: 0.420578 with `project`; in the paper 20.5 is taken flat.
   for (const bool literal : {false, true}) {
     Bench b;
     b.settings.peers[0].antennas_body_m = {Vec3(0.0, 0.0, 1.5)};
@@ -126,7 +126,7 @@ TEST(PaperRanges, are_compared_with_the_pose_of_their_own_time) {
         measured ? ranging::PaperRangeTime::kMeasured : ranging::PaperRangeTime::kKeyframe;
     b.begin();
     b.ranges(0.15, 1.1, 20.5);
-    const auto move = b.sweep(1.15, {20.0, 0.0, 0.0});
+    const auto move = b.scan(1.15, {20.0, 0.0, 0.0});
     ASSERT_TRUE(move);
     EXPECT_NEAR(move->T_odom_body.p.x(), 20.0 + kShift + (measured ? 0.05 : 0.0), 1e-5);
   }
@@ -137,11 +137,11 @@ std::optional<KeyframeMove> drive(Bench& b, bool second_sees) {
   b.begin();
   for (int k = 1; k <= 3; ++k) {
     b.seen = second_sees && k == 2 ? &kRoom : &kCorridor;
-    static_cast<void>(b.sweep(0.1 + 5.0 * k, {5.0 * k, 0.0, 0.0}));
+    static_cast<void>(b.scan(0.1 + 5.0 * k, {5.0 * k, 0.0, 0.0}));
   }
   b.seen = &kCorridor;
   b.ranges(19.2, 20.1, 20.5);
-  return b.sweep(20.1, {20.0, 0.0, 0.0});
+  return b.scan(20.1, {20.0, 0.0, 0.0});
 }
 
 TEST(PaperRanges, are_shared_by_the_blind_keyframes_since_the_last_correction) {
@@ -153,22 +153,22 @@ TEST(PaperRanges, are_shared_by_the_blind_keyframes_since_the_last_correction) {
     const std::vector<double> quarters{0.0, 0.25, 0.5, 0.75};
     const std::vector<double> thirds{0.0, 1.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0};
     for (std::size_t i = 0; i < 4; ++i) {
-      const double share = second_sees ? thirds[i] : quarters[i];
-      EXPECT_NEAR(move->earlier[i].p.x(), 5.0 * static_cast<double>(i) + share * kShift, 1e-5);
+      const double fraction = second_sees ? thirds[i] : quarters[i];
+      EXPECT_NEAR(move->earlier[i].p.x(), 5.0 * static_cast<double>(i) + fraction * kShift, 1e-5);
     }
     EXPECT_NEAR(move->T_odom_body.p.x(), 20.0 + kShift, 1e-5);
-    const auto told = b.all<KeyframeCorrected>();
-    ASSERT_EQ(told.size(), 3U);
+    const auto reported = b.all<KeyframeCorrected>();
+    ASSERT_EQ(reported.size(), 3U);
     for (std::uint32_t i = 0; i < 3; ++i) {
-      EXPECT_EQ(told[i].id.seq, i + 1);
-      EXPECT_EQ(told[i].T_local_body.p, move->earlier[i + 1].p);
+      EXPECT_EQ(reported[i].id.seq, i + 1);
+      EXPECT_EQ(reported[i].T_local_body.p, move->earlier[i + 1].p);
     }
   }
 }
 
 TEST(PaperRanges, move_one_keyframe_alone_as_printed) {
   Bench b;
-  b.settings.ranging.paper.share = ranging::PaperShare::kNone;
+  b.settings.ranging.paper.fraction = ranging::PaperFraction::kNone;
   const auto move = drive(b, false);
   ASSERT_TRUE(move);
   EXPECT_NEAR(move->earlier[3].p.x(), 15.0, 1e-5);
@@ -189,20 +189,20 @@ TEST(PaperRanges, count_but_as_a_factor_where_the_correction_is_a_guess) {
 TEST(PaperRanges, wait_for_so_many_as_the_smoother_needs) {
   Bench b;
   b.begin();
-  b.ranges(0.95, 1.1, 20.5);  // four
-  EXPECT_FALSE(b.sweep(1.1, {20.0, 0.0, 0.0}));
+  b.ranges(0.95, 1.1, 20.5);  // only four
+  EXPECT_FALSE(b.scan(1.1, {20.0, 0.0, 0.0}));
 }
 
 TEST(PaperRanges, forget_the_place_of_a_peer_that_drove_off) {
   Bench b;
   b.begin();
   b.stage->on(PeerStatus{kPeer, Time::from_s(0.12), false});
-  b.ranges(0.15, 1.1, 20.5);  // it stands again, elsewhere
-  EXPECT_FALSE(b.sweep(1.1, {20.0, 0.0, 0.0}));
+  b.ranges(0.15, 1.1, 20.5);  // at standstill again, elsewhere
+  EXPECT_FALSE(b.scan(1.1, {20.0, 0.0, 0.0}));
   EXPECT_EQ(b.count(RangeReason::kNoPose), 20);
 }
 
-/// Good ranges, wrong ones, strangers', and such that no sweep covers.
+/// Good ranges, wrong ones, those of unknown vehicles, and those that no scan covers.
 void feed_mixture(Bench& b) {
   b.begin();
   b.ranges(0.15, 1.1, 20.5);
@@ -219,9 +219,9 @@ void feed_mixture(Bench& b) {
   b.stage->add(odd, b.out);
   odd.to = VehicleId{9};
   b.stage->add(odd, b.out);
-  static_cast<void>(b.sweep(1.1, {20.0, 0.0, 0.0}));
+  static_cast<void>(b.scan(1.1, {20.0, 0.0, 0.0}));
   b.ranges(1.15, 2.6, 20.5);
-  static_cast<void>(b.sweep(2.0, {20.0, 0.0, 0.0}));
+  static_cast<void>(b.scan(2.0, {20.0, 0.0, 0.0}));
   b.stage->flush(b.out);
 }
 
@@ -233,7 +233,7 @@ TEST(PaperRanges, are_each_answered_once_whatever_becomes_of_them) {
   EXPECT_EQ(b.count(RangeReason::kUnknownId), 2);
   EXPECT_EQ(b.count(RangeReason::kOutOfLimits), 4);
   EXPECT_EQ(b.count(RangeReason::kOutlier), 1);
-  EXPECT_EQ(b.count(RangeReason::kNoPose), 12);  // after the last sweep
+  EXPECT_EQ(b.count(RangeReason::kNoPose), 12);  // after the last scan
 }
 
 TEST(PaperRanges, same_events_give_the_same_bits) {

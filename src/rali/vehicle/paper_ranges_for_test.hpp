@@ -5,7 +5,7 @@
 
 #include "rali/vehicle/paper_range_stage.hpp"
 
-// A stage of preset `paper` and sweeps by hand, for the tests of this folder.
+// A stage of preset `paper` with hand-made scans, for the tests of this folder.
 namespace rali::vehicle {
 
 inline const VehicleId kSelf{1};
@@ -13,7 +13,8 @@ inline const VehicleId kPeer{0};
 /// sqrt(20.5^2 - 1) - 20: from (20, 1) along x onto the circle of 20.5 m (test T9).
 inline constexpr double kShift = 0.475595;
 
-/// Unit normals of a scan: so many to either side, of the floor, and against the axis x.
+/// Unit normals of a scan: `side` on each side wall (y), `floor` on the floor (z), `end` on each
+/// end wall (x).
 inline std::vector<geometry::Vec3> normals(int side, int floor, int end) {
   std::vector<geometry::Vec3> out;
   out.insert(out.end(), static_cast<std::size_t>(side), geometry::Vec3::UnitY());
@@ -24,12 +25,12 @@ inline std::vector<geometry::Vec3> normals(int side, int floor, int end) {
   return out;
 }
 
-/// 4/89 along x, 5/89 - (5/89)^2 along z: degree 1.18, blind along x.
+/// 4/89 along x, 5/89 - (5/89)^2 along z: degree 1.18, degenerate along x.
 inline const std::vector<geometry::Vec3> kCorridor = normals(40, 5, 2);
 /// Test T7: degree 3.36, not degenerate.
 inline const std::vector<geometry::Vec3> kRoom = normals(40, 16, 2);
 
-/// A stage that is told sweeps by hand. The peer stood 1 m to the right of the first pose.
+/// A stage fed with hand-made scans. The peer stood 1 m to the right of the first pose.
 struct Bench {
   VehicleSettings settings;
   std::optional<PaperRangeStage> stage;
@@ -57,11 +58,11 @@ struct Bench {
     settings.peers[0].prior = prior;
     stage.emplace(kSelf, settings);
     stage->on(PeerStatus{kPeer, Time::from_s(0.0), true});
-    static_cast<void>(sweep(0.1, geometry::Vec3::Zero()));
+    static_cast<void>(scan(0.1, geometry::Vec3::Zero()));
   }
 
   /// @return what the keyframe at this pose is moved to
-  std::optional<odometry::KeyframeMove> sweep(double t_s, const geometry::Vec3& p) {
+  std::optional<odometry::KeyframeMove> scan(double t_s, const geometry::Vec3& p) {
     odometry::ScanResult scan;
     scan.t = Time::from_s(t_s);
     scan.state = odometry::TrackState::kGood;
@@ -69,12 +70,12 @@ struct Bench {
     scan.v_odom_mps = v_mps;
     scan.at_rest = at_rest;
     scan.feature_normals_body = *seen;
-    stage->before_sweep(scan.t, out);
+    stage->before_scan(scan.t, out);
     odometry::KeyframeInertia inertia;
     inertia.T_odom_body_predicted = scan.T_odom_body;
     const auto move = stage->at_keyframe(scan, inertia);
     if (move) scan.T_odom_body = move->T_odom_body;
-    stage->after_sweep(scan, out);
+    stage->after_scan(scan, out);
     return move;
   }
 
@@ -111,7 +112,7 @@ struct Bench {
   std::optional<odometry::KeyframeMove> one(const geometry::Vec3& p, double range_m) {
     begin();
     ranges(0.15, 1.1, range_m);
-    const auto move = sweep(1.1, p);
+    const auto move = scan(1.1, p);
     stage->flush(out);
     return move;
   }

@@ -16,9 +16,9 @@ using geometry::Vec3;
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-/// The oldest keyframe is held so firmly [m and rad]; exactly would leave the equations singular.
+/// Sigma that fixes the oldest keyframe [m and rad]; zero would make the equations singular.
 constexpr double kHeld = 1e-4;
-/// What is known of its velocity and biases, from the time before.
+/// Sigmas of its velocity and biases, by earlier data.
 constexpr double kSpeedMps = 0.1;
 constexpr double kGyroRadps = 1e-3;
 constexpr double kAccelMps2 = 0.02;
@@ -34,17 +34,17 @@ graph::KeyframeState state_of(const PaperWindow::Node& node) {
   return x;
 }
 
-/// Of every keyframe its level. Of the oldest, and of one that no inertial data lead to, all that
-/// is known but its pose.
+/// Prior on roll and pitch of every keyframe. The oldest, and one without an inertial factor, get
+/// priors on velocity and biases too; the oldest also on its pose.
 graph::PriorFactor prior_of(const PaperWindow::Node& node, graph::Seq number, double level_rad,
                             bool oldest) {
   graph::PriorFactor prior;
   prior.i = number;
   prior.mean = state_of(node);
-  // What the graph made of them would be its own evidence, again with every keyframe.
-  prior.mean.v_odom_mps = node.told.v_odom_imu_mps;
-  prior.mean.gyro_bias_radps = node.told.bias.gyro_radps;
-  prior.mean.accel_bias_mps2 = node.told.bias.accel_mps2;
+  // The graph's own estimates would count the same evidence again with every keyframe.
+  prior.mean.v_odom_mps = node.reported.v_odom_imu_mps;
+  prior.mean.gyro_bias_radps = node.reported.bias.gyro_radps;
+  prior.mean.accel_bias_mps2 = node.reported.bias.accel_mps2;
   const Vec3 up_body = node.T_odom_body.R.row(2).transpose();
   const Mat3 level = Mat3::Identity() - up_body * up_body.transpose();
   prior.information.topLeftCorner<3, 3>() = information(level_rad) * level;
@@ -57,7 +57,7 @@ graph::PriorFactor prior_of(const PaperWindow::Node& node, graph::Seq number, do
   return prior;
 }
 
-/// Held so much more firmly is what the LiDAR constrains.
+/// Where the LiDAR constrains a step, its sd is smaller by this factor.
 constexpr double kFirm = 10.0;
 
 /// Constant sd, in all directions or along the degenerate one alone.
@@ -86,7 +86,7 @@ graph::RangeFactor range_factor(const PaperWindow::Node& node, graph::Seq number
   factor.i = number;
   factor.p_i_m = node.range->p_body_m;
   factor.p_fixed_odom_m = node.range->p_odom_peer_m;
-  // As printed the range is one in the plane of the vehicle.
+  // In the paper the range is one in the plane of the vehicle.
   if (settings.range_2d == ranging::PaperRange2d::kFlat) {
     factor.p_fixed_odom_m.z() = (node.T_odom_body * node.range->p_body_m).z();
   }
@@ -109,7 +109,7 @@ void take(const graph::KeyframeState& x, PaperWindow::Node& node) {
 void PaperWindow::add(Node node, bool degenerate) {
   node.degenerate = degenerate;
   node.room_m2 = degenerate ? settings_.lidar_sd_m * settings_.lidar_sd_m : 0.0;
-  node.told = node.motion;
+  node.reported = node.motion;
   if (nodes_.empty()) {
     node.inertial.reset();
   } else {
@@ -120,17 +120,17 @@ void PaperWindow::add(Node node, bool degenerate) {
 }
 
 void PaperWindow::shift_newest(const Vec3& shift_odom_m) {
-  // From behind the last keyframe that was corrected; the oldest is held.
+  // Starts after the last keyframe that was corrected; the oldest is fixed.
   std::size_t first = nodes_.size() - 1;
-  if (settings_.share == ranging::PaperShare::kKeyframes) {
+  if (settings_.fraction == ranging::PaperFraction::kKeyframes) {
     while (first > 1 && !nodes_[first - 1].corrected) --first;
   }
   std::vector<double> rooms_m2;
   for (std::size_t i = first; i < nodes_.size(); ++i) rooms_m2.push_back(nodes_[i].room_m2);
   rooms_m2.back() = settings_.lidar_sd_m * settings_.lidar_sd_m;
-  const std::vector<double> shares = ranging::share_shift(rooms_m2, 1.0);
+  const std::vector<double> fractions = ranging::share_shift(rooms_m2, 1.0);
   for (std::size_t i = first; i < nodes_.size(); ++i) {
-    nodes_[i].T_odom_body.p += shares[i - first] * shift_odom_m;
+    nodes_[i].T_odom_body.p += fractions[i - first] * shift_odom_m;
   }
   nodes_.back().corrected = true;
   if (settings_.correct_then_factor == ranging::PaperThenFactor::kGuess) return;

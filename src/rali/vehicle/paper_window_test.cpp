@@ -19,7 +19,7 @@ PaperWindow::Node node_at(std::uint32_t seq, double x_m) {
   return node;
 }
 
-/// One second at even speed: the accelerometer feels gravity alone.
+/// One second at constant speed: the accelerometer measures gravity alone.
 graph::InertialFactor even_second() {
   imu::Preintegration sum({}, {1e-4, 1e-3});
   for (int k = 0; k < 200; ++k) {
@@ -28,9 +28,9 @@ graph::InertialFactor even_second() {
   return inertial_factor(sum, odometry::ImuNoiseSettings{}, SE3{});
 }
 
-// Speed 1 +- 0.1 m/s before. The corrected step says 1.1 +- 0.05 m and the range 1.1 +- 0.1 m:
-// 1 + 0.1 (400 + 100)/(400 + 100 + 100) = 1.0833 m/s. A correction that left the speed alone would
-// run away again until the next keyframe.
+// The speed before is 1 +- 0.1 m/s. The corrected step is 1.1 +- 0.05 m and the range 1.1 +- 0.1 m:
+// 1 + 0.1 (400 + 100)/(400 + 100 + 100) = 1.0833 m/s. A correction that did not change the speed
+// would drift away again until the next keyframe.
 TEST(PaperWindow, corrects_the_speed_with_the_place) {
   PaperWindow window{ranging::PaperRangeSettings{}};
   PaperWindow::Node first = node_at(0, 0.0);
@@ -54,7 +54,7 @@ TEST(PaperWindow, corrects_the_speed_with_the_place) {
 
 /// One step of 1 m along x, degenerate along x, and a range 0.1 m too long in the direction
 /// (3, 4)/5 from the peer.
-Vec3 pulled_aside(PaperSteps steps) {
+Vec3 pulled_sideways(PaperSteps steps) {
   PaperWindow window{ranging::PaperRangeSettings{}, steps};
   window.add(node_at(0, 0.0), false);
   PaperWindow::Node second = node_at(1, 1.0);
@@ -72,14 +72,14 @@ Vec3 pulled_aside(PaperSteps steps) {
 // Variances along x 0.05^2, across 0.005^2, of the range 0.1^2: S = 0.36 * 25e-4 + 0.64 * 25e-6 +
 // 0.01 = 0.010916; x takes 0.6 * 25e-4 / S of 0.1 m, y takes 0.8 * 25e-6 / S.
 TEST(PaperWindow, gives_way_along_the_degenerate_direction_only) {
-  const Vec3 moved = pulled_aside(PaperSteps::kDegenerate);
+  const Vec3 moved = pulled_sideways(PaperSteps::kDegenerate);
   EXPECT_NEAR(moved.x(), 0.01374, 2e-4);
   EXPECT_NEAR(moved.y(), 0.00018, 2e-5);
 }
 
-// As printed: 0.05^2 / (0.05^2 + 0.1^2) of 0.1 m in the direction of the range.
+// As in the paper: 0.05^2 / (0.05^2 + 0.1^2) of 0.1 m in the direction of the range.
 TEST(PaperWindow, gives_way_in_all_directions_where_steps_are_isotropic) {
-  const Vec3 moved = pulled_aside(PaperSteps::kIsotropic);
+  const Vec3 moved = pulled_sideways(PaperSteps::kIsotropic);
   EXPECT_NEAR(moved.x(), 0.012, 2e-4);
   EXPECT_NEAR(moved.y(), 0.016, 2e-4);
 }
@@ -119,7 +119,7 @@ TEST(PaperWindow, shares_a_second_shift_but_from_the_first_on) {
 }
 
 TEST(PeerPlaces, prior_is_in_the_levelled_first_pose_with_its_heading) {
-  // Heading 90 deg and a nose 10 deg down: 3 m ahead is along y, at the same height.
+  // Heading 90 deg and pitched down by 10 deg: 3 m ahead is along y, at the same height.
   SE3 first;
   first.R = geometry::rotation_from_rpy(0.0, 0.1745, 1.570796);
   first.p = {1.0, 1.0, 0.5};
@@ -132,7 +132,7 @@ TEST(PeerPlaces, prior_is_in_the_levelled_first_pose_with_its_heading) {
 }
 
 TEST(PeerPlaces, a_peer_that_moved_is_where_it_says) {
-  // It starts 3 m ahead, turned to the left, and says it drove 10 m: 10 m to the left of there.
+  // It starts 3 m ahead, turned to the left, and reports a path of 10 m: 10 m to the left of there.
   PeerWatch peer;
   peer.settings.prior.emplace();
   peer.settings.prior->T_self_peer.R = geometry::rotation_from_rpy(0.0, 0.0, 1.570796);
@@ -147,7 +147,8 @@ TEST(PeerPlaces, a_peer_that_moved_is_where_it_says) {
   const auto place = place_of(peer, Vec3::Zero(), SE3{}, Vec3::UnitZ());
   ASSERT_TRUE(place.has_value());
   EXPECT_LT((place->p_odom_m - Vec3(3.0, 10.0, 0.0)).norm(), 1e-4);
-  // Its own doubt along its way is along y here; the heading's moves it across the line to it.
+  // Its own uncertainty along its path is along y here; that of the heading is across the line to
+  // it.
   const double arm = peer.settings.prior->sigma_rad;
   const double start = peer.settings.prior->sigma_m;
   EXPECT_NEAR(place->covariance_m2(0, 0), start * start + arm * arm * 100.0, 1e-3);

@@ -7,7 +7,7 @@
 namespace rali::vehicle {
 
 void PathRecorder::add(const sensor::ImuSample& sample) {
-  // Without a node to begin from only the last samples can be needed.
+  // Without an earlier node only the last samples can be needed.
   constexpr std::size_t kSamplesMax = 100'000;
   if (imu_.size() >= kSamplesMax) imu_.erase(imu_.begin(), imu_.begin() + kSamplesMax / 2);
   imu_.push_back(sample);
@@ -20,8 +20,8 @@ bool PathRecorder::wants(const odometry::ScanResult& result, bool keyframe) cons
 }
 
 std::optional<PathNode> PathRecorder::add(const odometry::ScanResult& result,
-                                          const std::optional<KeyframeId>& keyframe, bool blind,
-                                          const geometry::Vec3& g_odom_mps2) {
+                                          const std::optional<KeyframeId>& keyframe,
+                                          bool degenerate, const geometry::Vec3& g_odom_mps2) {
   if (last_ && result.t <= *last_) return std::nullopt;
   if (!wants(result, keyframe.has_value())) return std::nullopt;
   PathNode node;
@@ -31,7 +31,7 @@ std::optional<PathNode> PathRecorder::add(const odometry::ScanResult& result,
   if (keyframe) step.keyframe = keyframe->seq;
   step.begins = !last_;
   step.at_rest = result.at_rest;
-  step.blind = blind;
+  step.degenerate = degenerate;
   step.levelled = result.inertial;
   step.T_odom_body = result.T_odom_body;
   step.v_odom_mps = result.v_odom_mps;
@@ -46,7 +46,7 @@ std::optional<PathNode> PathRecorder::add(const odometry::ScanResult& result,
   }
   const auto used = std::find_if(imu_.begin(), imu_.end(),
                                  [&](const sensor::ImuSample& s) { return s.t > node.t; });
-  // One sample before the node stays: it holds until the next.
+  // One sample before the node stays: it is valid until the next.
   if (used != imu_.begin()) imu_.erase(imu_.begin(), used - 1);
   last_ = node.t;
   last_at_rest_ = result.at_rest;

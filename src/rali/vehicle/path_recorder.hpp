@@ -11,27 +11,27 @@
 
 namespace rali::vehicle {
 
-/// A node of the vehicle's path, and when.
+/// A node of the vehicle's path, and its time.
 struct PathNode {
   Time t;
   fleet::Increment step;
 };
 
-/// Thins the sweeps of a vehicle to the nodes of a pose graph and says what ties each to the one
-/// before: what the LiDAR knew, and the inertial data between. Keyframes are nodes; between them
-/// one a second while driving, fewer while standing.
+/// Thins the scans of a vehicle to the nodes of a pose graph. Each is connected to the one before
+/// by the information of the LiDAR and the inertial data between. Keyframes are nodes; between them
+/// one a second while driving, fewer at standstill.
 class PathRecorder {
  public:
   explicit PathRecorder(const VehicleSettings& settings) : settings_(settings) {}
 
   void add(const sensor::ImuSample& sample);
 
-  /// After each sweep. @return the node, if it is one
+  /// Call after each scan. @return the node, if it is one
   [[nodiscard]] std::optional<PathNode> add(const odometry::ScanResult& result,
-                                            const std::optional<KeyframeId>& keyframe, bool blind,
-                                            const geometry::Vec3& g_odom_mps2);
+                                            const std::optional<KeyframeId>& keyframe,
+                                            bool degenerate, const geometry::Vec3& g_odom_mps2);
 
-  /// The map was lost: the next node hangs on nothing before it.
+  /// The map was lost: the next node is not connected to any before it.
   void cut() { last_.reset(); }
 
  private:
@@ -41,7 +41,7 @@ class PathRecorder {
 
   VehicleSettings settings_;
   std::vector<sensor::ImuSample> imu_;  ///< since the last node
-  std::optional<Time> last_;            ///< the last node, if the next one hangs on it
+  std::optional<Time> last_;            ///< the last node, if the next one is connected to it
   bool last_at_rest_ = false;
   std::uint32_t nodes_ = 0;
 };

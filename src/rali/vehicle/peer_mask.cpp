@@ -20,7 +20,7 @@ using sensor::LidarScan;
 
 namespace {
 
-/// A standing cylinder in the frame of the LiDAR.
+/// An upright cylinder in the frame of the LiDAR.
 struct Cylinder {
   Vec3f p;
   Vec3f up;
@@ -37,21 +37,21 @@ struct Surface {
   }
 };
 
-/// Floor, two walls and what stands beside them.
+/// Floor, two walls and one object beside them.
 constexpr int kSurfacesMax = 4;
-/// As thick as floors and walls are rough and ranges noisy.
+/// Covers the roughness of floors and walls and the noise of ranges.
 constexpr float kThickness_m = 0.05F;
-/// The surroundings reach to so many radii, and so many of their points are looked at.
+/// Extent of the surroundings in radii, and the number of their points that are used.
 constexpr float kReach = 2.0F;
 constexpr std::size_t kAroundMax = 240;
-/// Fewer points tell no surface.
+/// Fewer points define no surface.
 constexpr std::size_t kPointsMin = 12;
-/// Of all triangles of points on three surfaces a hundred hold several within each.
+/// Of a hundred random triangles of points on three surfaces, several lie within each.
 constexpr int kTriangles = 100;
 /// Smaller triangles, in radii squared, may lie on a side of the vehicle.
 constexpr float kAreaMin = 0.3F;
 
-/// Level and upright distance, in radii and metres.
+/// Whether a point is within the level radius and the heights above and below.
 bool within(const Cylinder& c, const Vec3f& point, float radius_m, float above_m, float below_m) {
   const Vec3f d = point - c.p;
   const float height = d.dot(c.up);
@@ -91,7 +91,7 @@ std::size_t count(const std::vector<Vec3f>& points, const Surface& s) {
       points.begin(), points.end(), [&](const Vec3f& x) { return s.has(x, kThickness_m); }));
 }
 
-/// Through all points near it.
+/// The best plane through all points near it.
 Surface refined(const std::vector<Vec3f>& points, const Surface& rough) {
   Vec3 sum = Vec3::Zero();
   Mat3 squares = Mat3::Zero();
@@ -111,11 +111,11 @@ Surface refined(const std::vector<Vec3f>& points, const Surface& rough) {
   return out;
 }
 
-/// The surface that most of the points lie on (Fischler and Bolles 1981); nothing if it is none.
+/// The plane with most points, by RANSAC (Fischler and Bolles 1981); nothing if there is none.
 std::optional<Surface> surface_of_most(const std::vector<Vec3f>& points, float area_min_m2,
                                        Rng& rng) {
   Surface best;
-  std::size_t most = 0;
+  std::size_t maximum = 0;
   for (int k = 0; k < kTriangles; ++k) {
     const Vec3f a = points[rng.below(points.size())];
     const Vec3f b = points[rng.below(points.size())];
@@ -126,14 +126,14 @@ std::optional<Surface> surface_of_most(const std::vector<Vec3f>& points, float a
     s.n = normal.normalized();
     s.d_m = s.n.dot(a);
     const std::size_t n = count(points, s);
-    if (n > most) best = s;
-    most = std::max(most, n);
+    if (n > maximum) best = s;
+    maximum = std::max(maximum, n);
   }
-  if (most < kPointsMin) return std::nullopt;
+  if (maximum < kPointsMin) return std::nullopt;
   return refined(points, best);
 }
 
-/// What the vehicle stands on and beside, by the points around it: a vehicle does not reach there.
+/// Surfaces below and beside the vehicle, by the points around it, where no vehicle reaches.
 std::vector<Surface> surroundings(const LidarScan& scan, const Cylinder& c,
                                   const PeerMaskSettings& settings) {
   std::vector<Vec3f> points = around(scan, c, settings);
@@ -151,14 +151,14 @@ std::vector<Surface> surroundings(const LidarScan& scan, const Cylinder& c,
   return out;
 }
 
-/// The largest of a level direction.
-double level_sigma_m(const KnownPlace& place, const Vec3& up) {
+/// The largest sigma of a level direction.
+double level_sigma_m(const KnownLandmark& place, const Vec3& up) {
   const Mat3 level = Mat3::Identity() - up * up.transpose();
   const geometry::Pca3 pca = geometry::pca3(level * place.covariance_m2 * level);
   return std::sqrt(std::max(0.0, pca.values.maxCoeff()));
 }
 
-/// The points on one vehicle: within its cylinder, and on nothing that goes on beyond.
+/// Marks the points on one vehicle: within its cylinder, and on no surface that goes on beyond.
 void mark(const LidarScan& scan, const Cylinder& c, const PeerMaskSettings& settings,
           std::vector<bool>& on_vehicle) {
   std::vector<std::size_t> inside;
@@ -175,8 +175,8 @@ void mark(const LidarScan& scan, const Cylinder& c, const PeerMaskSettings& sett
   }
 }
 
-/// All that a vehicle at this distance from `p` could be: as high as one is that stands on the same
-/// ground, or on a slope.
+/// Marks all that a vehicle at this distance from `p` could be: within the heights of one on the
+/// same ground, or on a slope.
 void mark_shell(const LidarScan& scan, const Vec3f& p, const Vec3f& up, float range_m,
                 const PeerMaskSettings& s, std::vector<bool>& on_vehicle) {
   const auto width_m = static_cast<float>(s.shell_m);
@@ -195,26 +195,26 @@ void mark_shell(const LidarScan& scan, const Vec3f& p, const Vec3f& up, float ra
 
 std::shared_ptr<const LidarScan> without_peers(
     const LidarScan& scan, const geometry::SE3& T_odom_lidar, const geometry::SE3& T_body_lidar,
-    std::span<const KnownPlace> antennas_odom, std::span<const HeardPeer> heard,
+    std::span<const KnownLandmark> antennas_odom, std::span<const ReceivedPeer> received,
     const Vec3& up_odom, const PeerMaskSettings& settings) {
   const geometry::SE3 T_lidar_odom = T_odom_lidar.inverse();
   const geometry::SE3 T_lidar_body = T_body_lidar.inverse();
   const Vec3f up = (T_lidar_odom.R * up_odom).cast<float>();
   std::vector<bool> on_vehicle(scan.size(), false);
-  for (const KnownPlace& place : antennas_odom) {
+  for (const KnownLandmark& place : antennas_odom) {
     const double radius_m =
         settings.radius_m + settings.margin_sigma * level_sigma_m(place, up_odom);
     const Cylinder c{(T_lidar_odom * place.p_odom_m).cast<float>(), up,
                      static_cast<float>(radius_m)};
     mark(scan, c, settings, on_vehicle);
   }
-  for (const HeardPeer& peer : heard) {
+  for (const ReceivedPeer& peer : received) {
     if (settings.shell_m <= 0.0 || peer.range_m > settings.shell_far_m) continue;
     const Vec3f p = (T_lidar_body * peer.p_body_antenna_m).cast<float>();
     mark_shell(scan, p, up, static_cast<float>(peer.range_m), settings, on_vehicle);
   }
   if (std::find(on_vehicle.begin(), on_vehicle.end(), true) == on_vehicle.end()) return nullptr;
-  auto out = std::make_shared<LidarScan>(scan);  // with all that is not a point
+  auto out = std::make_shared<LidarScan>(scan);  // with all fields besides the points
   for (std::vector<float>* v : {&out->x_m, &out->y_m, &out->z_m, &out->intensity, &out->dt_s}) {
     v->clear();
   }

@@ -9,8 +9,8 @@
 
 namespace rali::vehicle {
 
-struct KnownPlace;
-struct HeardPeer;
+struct KnownLandmark;
+struct ReceivedPeer;
 
 struct PeerMaskSettings {
   bool use = true;
@@ -46,16 +46,16 @@ struct PeerMaskSettings {
   }
 };
 
-/// A sweep without the points on other vehicles (algorithms 3.6): they are the commonest false grip
-/// in a tunnel, and do not belong into a map.
-/// @param T_odom_lidar at the end of the sweep
-/// @param antennas_odom of vehicles whose place is known, as seen from this one
-/// @param heard those whose place is not: all at their distance is left out, on every side
+/// A scan without the points on other vehicles (algorithms 3.6). In a tunnel these points are the
+/// most frequent cause of false constraints, and they do not belong in a map.
+/// @param T_odom_lidar at the end of the scan
+/// @param antennas_odom of vehicles of known position, with covariance relative to this vehicle
+/// @param received those of unknown position: all points at their range are left out, on every side
 /// @return null if no point is left out
 [[nodiscard]] std::shared_ptr<const sensor::LidarScan> without_peers(
     const sensor::LidarScan& scan, const geometry::SE3& T_odom_lidar,
-    const geometry::SE3& T_body_lidar, std::span<const KnownPlace> antennas_odom,
-    std::span<const HeardPeer> heard, const geometry::Vec3& up_odom,
+    const geometry::SE3& T_body_lidar, std::span<const KnownLandmark> antennas_odom,
+    std::span<const ReceivedPeer> received, const geometry::Vec3& up_odom,
     const PeerMaskSettings& settings);
 
 }  // namespace rali::vehicle

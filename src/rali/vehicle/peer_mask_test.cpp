@@ -18,7 +18,7 @@ const Vec3 kUp = Vec3::UnitZ();
 
 LidarScan points(std::initializer_list<Vec3> all) {
   LidarScan scan;
-  scan.t_begin = Time::from_s(1.0);
+  scan.t_start = Time::from_s(1.0);
   scan.t_end = Time::from_s(1.1);
   scan.has_point_times = scan.has_rings = true;
   scan.rings = 16;
@@ -34,7 +34,7 @@ LidarScan points(std::initializer_list<Vec3> all) {
 
 TEST(PeerMask, leaves_out_what_stands_around_the_antenna_and_nothing_else) {
   // The antenna is 10 m ahead and 0.5 m up; the wall is 2 m beside it, the roof 0.6 m above it.
-  const std::array<KnownPlace, 1> antenna{KnownPlace{Vec3(10.0, 0.0, 0.5)}};
+  const std::array<KnownLandmark, 1> antenna{KnownLandmark{Vec3(10.0, 0.0, 0.5)}};
   const LidarScan scan = points({{9.5, 0.3, 0.2},      // on the vehicle
                                  {10.0, 2.0, 0.2},     // wall
                                  {10.0, 0.0, 1.1},     // roof
@@ -53,7 +53,7 @@ TEST(PeerMask, leaves_out_what_stands_around_the_antenna_and_nothing_else) {
 }
 
 TEST(PeerMask, copies_nothing_when_no_point_is_on_a_vehicle) {
-  const std::array<KnownPlace, 1> antenna{KnownPlace{Vec3(10.0, 0.0, 0.5)}};
+  const std::array<KnownLandmark, 1> antenna{KnownLandmark{Vec3(10.0, 0.0, 0.5)}};
   EXPECT_EQ(
       without_peers(points({{1.0, 0.0, 0.0}, {5.0, 2.0, 0.3}}), SE3{}, SE3{}, antenna, {}, kUp, {}),
       nullptr);
@@ -61,10 +61,10 @@ TEST(PeerMask, copies_nothing_when_no_point_is_on_a_vehicle) {
 }
 
 TEST(PeerMask, knows_where_the_lidar_is_and_how_it_is_turned) {
-  // The LiDAR at (10, 5) looks along -x: what is 3 m ahead of it is at (7, 5).
+  // The LiDAR at (10, 5) points along -x: what is 3 m ahead of it is at (7, 5).
   const SE3 T_odom_lidar{geometry::so3_exp(Vec3(0.0, 0.0, 3.14159265358979)), {10.0, 5.0, 0.4}};
-  const std::array<KnownPlace, 2> antennas{KnownPlace{Vec3(-50.0, 0.0, 0.0)},
-                                           KnownPlace{Vec3(7.0, 5.0, 0.6)}};
+  const std::array<KnownLandmark, 2> antennas{KnownLandmark{Vec3(-50.0, 0.0, 0.0)},
+                                              KnownLandmark{Vec3(7.0, 5.0, 0.6)}};
   const auto left = without_peers(points({{3.0, 0.0, 0.0}, {-3.0, 0.0, 0.0}}), T_odom_lidar, SE3{},
                                   antennas, {}, kUp, {});
   ASSERT_NE(left, nullptr);
@@ -101,7 +101,7 @@ struct Parked {
 };
 
 TEST(PeerMask, floor_and_wall_that_go_on_beyond_the_vehicle_stay) {
-  const std::array<KnownPlace, 1> antenna{KnownPlace{Vec3(10.0, 0.0, 0.5)}};
+  const std::array<KnownLandmark, 1> antenna{KnownLandmark{Vec3(10.0, 0.0, 0.5)}};
   for (const double slope : {0.0, 0.08}) {
     const Parked parked(slope);
     ASSERT_GT(parked.on_floor + parked.on_wall, 100U);
@@ -112,8 +112,8 @@ TEST(PeerMask, floor_and_wall_that_go_on_beyond_the_vehicle_stay) {
 }
 
 TEST(PeerMask, the_side_of_a_vehicle_is_no_wall_however_many_points_are_on_it) {
-  // It stands 0.6 m off the place where it is thought to be: its front reaches out.
-  const std::array<KnownPlace, 1> antenna{KnownPlace{Vec3(10.0, 0.6, 0.5)}};
+  // It is 0.6 m off its estimated position: its front is outside.
+  const std::array<KnownLandmark, 1> antenna{KnownLandmark{Vec3(10.0, 0.6, 0.5)}};
   LidarScan scan = points({});
   std::size_t inside = 0;
   for (double y = -0.9; y < 0.91; y += 0.05) {
@@ -129,7 +129,7 @@ TEST(PeerMask, the_side_of_a_vehicle_is_no_wall_however_many_points_are_on_it) {
 }
 
 TEST(PeerMask, points_that_are_no_numbers_are_nobodys) {
-  const std::array<KnownPlace, 1> antenna{KnownPlace{Vec3(10.0, 0.0, 0.5)}};
+  const std::array<KnownLandmark, 1> antenna{KnownLandmark{Vec3(10.0, 0.0, 0.5)}};
   const double nan = std::nan("");
   const auto left = without_peers(points({{nan, nan, nan}, {10.0, 0.0, 0.2}}), SE3{}, SE3{},
                                   antenna, {}, kUp, {});
@@ -137,13 +137,14 @@ TEST(PeerMask, points_that_are_no_numbers_are_nobodys) {
   EXPECT_EQ(left->size(), 1U);
 }
 
-// Start poses are measured by tape: a body of 1.2 m around the wrong place left half of it in view.
+// Start poses are measured by tape: a body of 1.2 m around the wrong position left half of it in
+// the scan.
 TEST(PeerMask, reaches_farther_around_a_place_in_doubt) {
-  KnownPlace place{Vec3(10.0, 0.0, 0.5)};
+  KnownLandmark place{Vec3(10.0, 0.0, 0.5)};
   const LidarScan scan = points({{11.5, 0.0, 0.3}, {12.5, 0.0, 0.3}});
   EXPECT_EQ(without_peers(scan, SE3{}, SE3{}, std::array{place}, {}, kUp, {}), nullptr)
       << "1.5 m beside it";
-  place.covariance_m2.diagonal() << 0.25, 0.04, 4.0;  // along the line of sight; height counts not
+  place.covariance_m2.diagonal() << 0.25, 0.04, 4.0;  // along the line of sight; height is not used
   const auto left = without_peers(scan, SE3{}, SE3{}, std::array{place}, {}, kUp, {});
   ASSERT_TRUE(left);
   ASSERT_EQ(left->size(), 1U) << "within 1.2 m and 2 x 0.5 m";
@@ -151,8 +152,8 @@ TEST(PeerMask, reaches_farther_around_a_place_in_doubt) {
 }
 
 TEST(PeerMask, of_one_whose_direction_is_not_known_leaves_out_all_at_its_distance) {
-  // The own antenna is 0.4 m above the LiDAR; the other is 5 m away, nobody knows where.
-  const HeardPeer peer{Vec3(0.0, 0.0, 0.4), 5.0};
+  // The own antenna is 0.4 m above the LiDAR; the other is 5 m away in an unknown direction.
+  const ReceivedPeer peer{Vec3(0.0, 0.0, 0.4), 5.0};
   const std::array<Vec3, 6> all = {Vec3(5.2, 0.0, 0.2),    // ahead
                                    Vec3(0.0, -4.5, 0.0),   // beside: a wall, as far away
                                    Vec3(0.0, 0.0, 5.4),    // the roof: no vehicle is there
@@ -166,7 +167,7 @@ TEST(PeerMask, of_one_whose_direction_is_not_known_leaves_out_all_at_its_distanc
   EXPECT_FLOAT_EQ(left->z_m[0], 5.4F);
   EXPECT_FLOAT_EQ(left->x_m[1], 3.0F);
   EXPECT_FLOAT_EQ(left->x_m[2], 7.0F);
-  const HeardPeer far{Vec3::Zero(), 26.0};
+  const ReceivedPeer far{Vec3::Zero(), 26.0};
   EXPECT_EQ(without_peers(scan, SE3{}, SE3{}, {}, std::array{far}, kUp, {}), nullptr);
 }
 

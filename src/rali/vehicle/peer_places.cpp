@@ -15,7 +15,7 @@ using geometry::Vec3;
 
 namespace {
 
-/// Not so much as a hair below zero in any direction: a filter that takes it would diverge.
+/// Positive semidefinite but for rounding: with any other matrix a filter would diverge.
 bool is_covariance(const geometry::Mat3& P) {
   if (!P.allFinite()) return false;
   constexpr double kHair = 1e-6;
@@ -23,7 +23,7 @@ bool is_covariance(const geometry::Mat3& P) {
   return P.isZero(0.0) || lifted.llt().info() == Eigen::Success;
 }
 
-/// One broken number would spoil whatever is estimated with it.
+/// One invalid number would spoil whatever is estimated with it.
 bool whole(const PeerPose& pose) {
   const bool walls = !pose.walls || (pose.walls->axis.allFinite() && pose.walls->left_m > 0.0 &&
                                      pose.walls->right_m > 0.0 &&
@@ -38,9 +38,9 @@ bool whole(const PeerPose& pose) {
 }  // namespace
 
 void PeerWatch::on(const PeerStatus& status, double stay_m) {
-  if (heard && status.t < t_status) return;
+  if (received && status.t < t_status) return;
   const bool stood = at_rest || p_start_stood_m;
-  heard = true;
+  received = true;
   t_status = status.t;
   at_rest = status.at_rest;
   pose = status.pose && whole(*status.pose) ? status.pose : std::nullopt;
@@ -61,16 +61,16 @@ std::map<VehicleId, PeerWatch> watch_peers(const VehicleSettings& settings) {
   return peers;
 }
 
-std::optional<KnownPlace> place_of(const PeerWatch& peer, const Vec3& p_peer_m,
-                                   const SE3& T_odom_first, const Vec3& up_odom) {
+std::optional<KnownLandmark> place_of(const PeerWatch& peer, const Vec3& p_peer_m,
+                                      const SE3& T_odom_first, const Vec3& up_odom) {
   if (!peer.settings.prior || (peer.moved && !peer.pose)) return std::nullopt;
   const PeerPrior& prior = *peer.settings.prior;
   const SE3 T_odom_start = fleet::level_start(T_odom_first, up_odom) * prior.T_self_peer;
-  KnownPlace place;
-  // Before it moves, its body is where it started: what it says of that is noise.
+  KnownLandmark place;
+  // Before it moves, its body is at its start: its reported motion is noise.
   const SE3 T_start_body = peer.moved ? peer.pose->T_start_body : SE3{};
   place.p_odom_m = T_odom_start * (T_start_body * p_peer_m);
-  // What is wrong with the heading moves the place across the line to it.
+  // An error of the heading moves the position across the line of sight to it.
   const Vec3 arm = prior.sigma_rad * up_odom.cross(place.p_odom_m - T_odom_first.p);
   place.covariance_m2 =
       prior.sigma_m * prior.sigma_m * geometry::Mat3::Identity() + arm * arm.transpose();

@@ -7,15 +7,17 @@
 
 namespace rali::vehicle {
 
-/// The odometry's result as the pose that the vehicle tells.
+/// The odometry's result as the pose that the vehicle reports.
 [[nodiscard]] PoseEstimate pose_of(VehicleId self, const odometry::ScanResult& result);
 
-/// How well roll and pitch of a frame are known in which gravity is. @param covariance_m2ps4 of it
+/// Sigma of roll and pitch of a frame, by the gravity estimated in it.
+/// @param covariance_m2ps4 of gravity
 [[nodiscard]] double level_sigma_rad(const geometry::Vec3& g_mps2,
                                      const geometry::Mat3& covariance_m2ps4);
 
-/// Both detectors on one scan. Where the odometry does not look into directions itself (preset
-/// `paper`), they are computed from its information. @param axes of the last scan, updated.
+/// The observability of all directions in one scan. If the odometry does not evaluate directions
+/// itself (preset `paper`), they are computed from its information. @param axes of the last scan,
+/// updated.
 [[nodiscard]] degeneracy::Report degeneracy_of(const odometry::ScanResult& result,
                                                const odometry::OdometrySettings& settings,
                                                const geometry::Vec3& g_odom_mps2,

@@ -5,23 +5,24 @@
 #include <gtest/gtest.h>
 
 #include "rali/base/rng.hpp"
-#include "rali/odometry/side_filter_for_test.hpp"
+#include "rali/odometry/augmented_filter_for_test.hpp"
 #include "rali/vehicle/range_stage.hpp"
 
 namespace rali::vehicle {
 namespace {
 
 using geometry::Vec3;
-using odometry::DenseSideFilter;
+using odometry::DenseAugmentedFilter;
 using sensor::RangeSample;
 
 constexpr VehicleId kSelf{1};
 constexpr VehicleId kPeer{2};
 
-/// A peer 40 m ahead in a passage, 1.2 m to the left of the way, that was measured 4 m to the
-/// right; its radio's ranges are all 0.05 m long, 0.1 m noisy, and wander by 0.1 m over seconds.
+/// A peer 40 m ahead in a passage, 1.2 m to the left of the path, with a prior 4 m to the right.
+/// Its ranges are 0.05 m too long, with 0.1 m of noise and 0.1 m of error that changes over
+/// seconds.
 struct Passing {
-  DenseSideFilter filter;
+  DenseAugmentedFilter filter;
   RangeStage stage;
   OutputList out;
   Rng rng{7, "ranges"};
@@ -51,13 +52,13 @@ struct Passing {
     filter.P.diagonal().segment<3>(6) << 1e-4, 1e-8, 1e-8;
   }
 
-  /// Goes on at that speed; while it stands the odometry knows so.
+  /// Drives on at that speed; at standstill the odometry has a zero-velocity update.
   void drive(double speed_mps, double duration_s) {
     const auto steps = static_cast<int>(duration_s / kStep_s);
     for (int k = 0; k < steps; ++k) step(speed_mps);
   }
 
-  /// No ranges, while the odometry believes to go a little faster than it does.
+  /// Drives without ranges, with odometry that is a little too fast.
   void drive_unheard(double speed_mps, double duration_s, double wrong_mps) {
     silent_ = true;
     filter.now.v_odom_mps.x() += wrong_mps;
@@ -90,15 +91,15 @@ struct Passing {
     static_cast<void>(
         stage.run(Time::from_s(t_s), &filter, Vec3(0.0, 0.0, -9.81), geometry::SE3{}, out));
     worst_pose_m = std::max(worst_pose_m, std::abs(filter.now.T_odom_body.p.x() - x_m));
-    if (filter.side().size() == 5) {
-      worst_bias_m = std::max(worst_bias_m, std::abs(filter.side().mean[4] - 0.05));
+    if (filter.augmented().size() == 5) {
+      worst_bias_m = std::max(worst_bias_m, std::abs(filter.augmented().mean[4] - 0.05));
     }
   }
 
  private:
-  /// Speed is zero: measured.
+  /// Zero-velocity update.
   void stand() {
-    odometry::SideMeasurement zero;
+    odometry::AugmentedMeasurement zero;
     zero.d_velocity = Eigen::RowVector3d::UnitX();
     zero.residual = -filter.now.v_odom_mps.x();
     static_cast<void>(filter.apply(zero, 1e-6));
@@ -108,19 +109,19 @@ struct Passing {
   bool silent_ = false;
 };
 
-/// A stretch of the way.
+/// A section of the path.
 struct Leg {
   double speed_mps;
   double duration_s;
 };
 
-struct Way {
+struct Path {
   const char* name;
   std::vector<Leg> legs;
 };
 
 TEST(RangePassage, whoever_halts_or_turns_in_it_keeps_place_and_bias) {
-  const Way ways[] = {
+  const Path paths[] = {
       {"goes on", {{1.0, 70.0}}},
       {"halts 5 m before", {{1.0, 35.0}, {0.0, 90.0}}},
       {"halts beside", {{1.0, 40.0}, {0.0, 90.0}}},
@@ -129,15 +130,15 @@ TEST(RangePassage, whoever_halts_or_turns_in_it_keeps_place_and_bias) {
       {"turns 5 m before", {{1.0, 35.0}, {-1.0, 35.0}}},
       {"turns 3 m past", {{1.0, 43.0}, {-1.0, 43.0}}},
       {"to and fro", {{1.0, 43.0}, {-1.0, 6.0}, {1.0, 6.0}, {-1.0, 6.0}, {1.0, 6.0}}}};
-  for (const Way& way : ways) {
+  for (const Path& path : paths) {
     Passing p;
-    for (const Leg& leg : way.legs) p.drive(leg.speed_mps, leg.duration_s);
-    ASSERT_EQ(p.filter.side().size(), 5) << way.name;
-    // Its sigma is 0.1 m before anything is known of it.
-    EXPECT_LT(p.worst_bias_m, 0.15) << way.name;
-    EXPECT_LT(p.worst_pose_m, 0.45) << way.name;
+    for (const Leg& leg : path.legs) p.drive(leg.speed_mps, leg.duration_s);
+    ASSERT_EQ(p.filter.augmented().size(), 5) << path.name;
+    // Its sigma is 0.1 m before any measurement.
+    EXPECT_LT(p.worst_bias_m, 0.15) << path.name;
+    EXPECT_LT(p.worst_pose_m, 0.45) << path.name;
     const double off_m = p.filter.now.T_odom_body.p.x() - p.x_m;
-    EXPECT_LT(std::abs(off_m), 3.0 * std::sqrt(p.filter.P(3, 3))) << way.name;
+    EXPECT_LT(std::abs(off_m), 3.0 * std::sqrt(p.filter.P(3, 3))) << path.name;
   }
 }
 
@@ -148,7 +149,7 @@ TEST(RangePassage, who_passes_unheard_is_held_again_at_once_and_for_good) {
   EXPECT_GT(p.filter.now.T_odom_body.p.x() - p.x_m, 2.0);
   p.drive(1.0, 2.0);
   EXPECT_LT(std::abs(p.filter.now.T_odom_body.p.x() - p.x_m), 0.45);
-  // The nearest range was 20 m long: that the other is behind now ends the passage all the same.
+  // The nearest range was 20 m: the peer is behind now, which still ends the passage.
   p.worst_pose_m = 0.0;
   p.worst_bias_m = 0.0;
   p.drive(1.0, 120.0);

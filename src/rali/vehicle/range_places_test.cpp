@@ -13,8 +13,8 @@ namespace {
 
 using geometry::Vec3;
 
-// In a column every vehicle sees the others keep their distance: taken for walls, they said that
-// nobody moved. The odometry of one lost 6 m of 22.
+// In a column, vehicles keep their distances to each other: taken for walls, they cancelled the
+// motion. The odometry of one lost 6 m of 22.
 TEST(RangeStage, who_drives_is_where_it_says_unless_it_is_late_or_in_doubt) {
   Staged s;
   s.run(0.0);
@@ -42,7 +42,7 @@ TEST(RangeStage, who_drives_is_where_it_says_unless_it_is_late_or_in_doubt) {
   }
 }
 
-// Who has told nobody where it starts is at some distance all the same.
+// A peer of unknown start pose still has a range.
 TEST(RangeStage, who_is_heard_without_a_known_place_is_so_far_away) {
   Staged s;
   s.run(0.0);
@@ -61,23 +61,23 @@ TEST(RangeStage, who_is_heard_without_a_known_place_is_so_far_away) {
   EXPECT_TRUE(unplaced(1.1).empty()) << "it says where it is";
 }
 
-/// A peer that has moved to so far along x from its start, by its own word, and stands there; the
-/// vehicle is 1 m along x from its own.
+/// A peer that reports a path of path_m along x from its start, and standstill there; the vehicle
+/// is 1 m along x from its own start.
 struct Moved : Staged {
-  Moved(double way_m, double sigma_m, const std::optional<Vec3>& blind_axis,
+  Moved(double path_m, double sigma_m, const std::optional<Vec3>& degenerate_axis,
         const VehicleSettings& settings = settings_with_prior())
       : Staged(settings) {
-    filter.axis = blind_axis;
+    filter.axis = degenerate_axis;
     run(0.0);
     PeerPose pose;
-    pose.T_start_body.p = Vec3(way_m, 0.0, 0.0);
+    pose.T_start_body.p = Vec3(path_m, 0.0, 0.0);
     pose.position_covariance_m2 = sigma_m * sigma_m * geometry::Mat3::Identity();
     stage.on(PeerStatus{kPeer, Time::from_s(0.5), false, pose});
     stage.on(PeerStatus{kPeer, Time::from_s(1.0), true, pose});
   }
 
-  /// A range at each tenth of a second, of a peer at x_m that stands. @return how many were used
-  int hear(double x_m, int ranges) {
+  /// Ranges at 10 Hz to a peer at standstill at x_m. @return how many were used
+  int receive(double x_m, int ranges) {
     int used = 0;
     for (int k = 0; k < ranges; ++k) {
       const double t_s = 1.0 + 0.1 * k;
@@ -89,33 +89,34 @@ struct Moved : Staged {
   [[nodiscard]] double own_variance_m2() const { return filter.position_covariance()(0, 0); }
 };
 
-// What it says it knows by ranges to this vehicle, among others: four in a column, each sure of the
-// others, stated 0.2 m and were 1.6 m off. And a place found from here errs with the own place:
-// each look at it halved the doubt of that once, and vehicles stated 1 m that were 20 m off.
+// The peer is located by ranges to this vehicle, among others: four in a column that treated
+// such reports as independent stated 0.2 m and were 1.6 m off. And a landmark shares the error
+// of the own position from which it was initialised: without that each new one halved the
+// uncertainty of the position, and vehicles stated 1 m that were 20 m off.
 TEST(RangeStage, a_peer_that_has_moved_is_no_second_opinion_of_a_blind_way) {
-  Moved blind(2.0, 0.0, Vec3::UnitX());
-  EXPECT_EQ(blind.hear(12.0, 6), 5) << "the first is alone: it may be wild";
-  EXPECT_NEAR(blind.own_variance_m2(), 0.04, 1e-4) << "as before";
+  Moved degenerate(2.0, 0.0, Vec3::UnitX());
+  EXPECT_EQ(degenerate.receive(12.0, 6), 5) << "the first is alone: it may be wild";
+  EXPECT_NEAR(degenerate.own_variance_m2(), 0.04, 1e-4) << "as before";
   Moved seeing(2.0, 0.0, std::nullopt);
-  EXPECT_EQ(seeing.hear(12.0, 1), 1);
+  EXPECT_EQ(seeing.receive(12.0, 1), 1);
   EXPECT_LT(seeing.own_variance_m2(), 0.03);
   EXPECT_GT(seeing.own_variance_m2(), 0.01);
-  Moved aside(2.0, 0.0, Vec3::UnitY());
-  EXPECT_EQ(aside.hear(12.0, 1), 0) << "its range is not along the blind way";
+  Moved lateral(2.0, 0.0, Vec3::UnitY());
+  EXPECT_EQ(lateral.receive(12.0, 1), 0) << "its range is not along the blind way";
 }
 
 TEST(RangeStage, of_the_word_of_a_peer_that_has_moved_the_side_is_taken) {
-  const auto place_m = [](double told_m, double sigma_m, double range_m) {
-    Moved m(told_m, sigma_m, Vec3::UnitX());
+  const auto place_m = [](double reported_m, double sigma_m, double range_m) {
+    Moved m(reported_m, sigma_m, Vec3::UnitX());
     static_cast<void>(m.one(1.0, range_m));
-    EXPECT_EQ(m.filter.side().size(), 0) << "one range alone may be wild";
+    EXPECT_EQ(m.filter.augmented().size(), 0) << "one range alone may be wild";
     m.filter.now.v_odom_mps.setZero();
     static_cast<void>(m.one(1.1, range_m));
-    return m.filter.side().size() > 0 ? m.filter.side().mean[0] : std::nan("");
+    return m.filter.augmented().size() > 0 ? m.filter.augmented().mean[0] : std::nan("");
   };
-  // Within what the passage leaves across it: 3 m at 20 m, where it would be 0.2 m nearer.
+  // Within the lateral bound of the passage: 3 m at 20 m, where it would be 0.2 m nearer.
   constexpr double kNear_m = 0.3;
-  // It said 10 m on from its start, which is 10 m ahead of the own: 20.
+  // It reports 10 m from its start, which is 10 m ahead of the own: 20.
   EXPECT_NEAR(place_m(10.0, 2.0, 19.0), 20.0, kNear_m);
   EXPECT_NEAR(place_m(13.0, 2.0, 19.0), 20.0, kNear_m) << "3 m off is not told";
   EXPECT_NEAR(place_m(-30.0, 2.0, 21.0), -20.0, kNear_m) << "behind";
@@ -125,35 +126,36 @@ TEST(RangeStage, of_the_word_of_a_peer_that_has_moved_the_side_is_taken) {
   EXPECT_TRUE(std::isnan(place_m(-7.0, 1.5, 2.0))) << "and here it does not know";
 }
 
-// A vehicle near by is less far ahead the farther it is aside: 2 m of doubt where 0.6 m was meant
+// At short range, a lateral offset shortens the distance ahead: a sigma of 2 m instead of 0.6 m
 // carried a whole fleet forward by 0.05 m in each leap of 12 m.
 TEST(RangeStage, a_peer_in_a_passage_stands_between_the_walls_that_are_seen) {
-  const auto aside = [](const std::vector<double>& walls_y_m) {
+  const auto lateral = [](const std::vector<double>& walls_y_m) {
     Moved m(10.0, 3.0, Vec3::UnitX());
     m.filter.walls_y_m = walls_y_m;
     m.filter.now.v_odom_mps.setZero();
     static_cast<void>(m.one(1.0, 19.0));
     static_cast<void>(m.one(1.1, 19.0));
-    EXPECT_EQ(m.filter.side().size(), 5);
-    return std::pair(m.filter.side().mean[1], std::sqrt(m.filter.side().covariance(1, 1)));
+    EXPECT_EQ(m.filter.augmented().size(), 5);
+    return std::pair(m.filter.augmented().mean[1],
+                     std::sqrt(m.filter.augmented().covariance(1, 1)));
   };
-  const auto [middle_m, wide_m] = aside({});
+  const auto [middle_m, wide_m] = lateral({});
   EXPECT_NEAR(middle_m, 0.0, 0.05);
   EXPECT_GT(wide_m, 1.7);
   // 3 m to the left and 1 m to the right: its middle is 1 m to the left.
-  const auto [left_m, narrow_m] = aside({3.0, -1.0});
+  const auto [left_m, narrow_m] = lateral({3.0, -1.0});
   EXPECT_GT(left_m, 0.4);
   EXPECT_LT(left_m, 1.0);
   EXPECT_LT(narrow_m, wide_m - 0.2);
-  const auto [one_m, one_wide_m] = aside({3.0});
+  const auto [one_m, one_wide_m] = lateral({3.0});
   EXPECT_NEAR(one_m, 0.0, 0.05) << "one wall is no passage";
   EXPECT_NEAR(one_wide_m, wide_m, 0.01);
 }
 
-// Each knows its own walls by its own LiDAR, to centimetres; between the own walls alone the other
-// may stand anywhere.
+// Each vehicle measures its walls by its own LiDAR, to centimetres; by the own walls alone, the
+// other may be anywhere between them.
 TEST(RangeStage, walls_beside_both_say_how_far_aside_of_each_other_they_stand) {
-  const auto aside = [](const std::optional<ranging::PassageWalls>& told, double yaw_rad) {
+  const auto lateral = [](const std::optional<ranging::PassageWalls>& reported, double yaw_rad) {
     VehicleSettings settings = settings_with_prior();
     settings.peers[0].prior->T_self_peer.R = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad);
     Moved m(std::cos(yaw_rad) * -4.0, 1.0, Vec3::UnitX(), settings);
@@ -162,32 +164,33 @@ TEST(RangeStage, walls_beside_both_say_how_far_aside_of_each_other_they_stand) {
     PeerPose pose;
     pose.T_start_body.p = Vec3(std::cos(yaw_rad) * -4.0, 0.0, 0.0);
     pose.position_covariance_m2 = geometry::Mat3::Identity();
-    pose.walls = told;
+    pose.walls = reported;
     m.stage.on(PeerStatus{kPeer, Time::from_s(1.0), true, pose});
     static_cast<void>(m.one(1.0, 5.0));
     static_cast<void>(m.one(1.1, 5.0));
-    EXPECT_EQ(m.filter.side().size(), 5);
-    return std::pair(m.filter.side().mean[1], std::sqrt(m.filter.side().covariance(1, 1)));
+    EXPECT_EQ(m.filter.augmented().size(), 5);
+    return std::pair(m.filter.augmented().mean[1],
+                     std::sqrt(m.filter.augmented().covariance(1, 1)));
   };
-  // The own place is 1 m to the right of the middle, the other's 0.5 m to the left of it.
-  const auto [both_m, both_sigma_m] = aside(ranging::PassageWalls{Vec3::UnitX(), 1.5, 2.5}, 0.0);
+  // The own position is 1 m to the right of the middle, the other's 0.5 m to the left of it.
+  const auto [both_m, both_sigma_m] = lateral(ranging::PassageWalls{Vec3::UnitX(), 1.5, 2.5}, 0.0);
   EXPECT_NEAR(both_m, 1.5, 0.1);
   EXPECT_LT(both_sigma_m, 0.25) << "0.1 m, and 0.125 m for a bend";
   const auto [turned_m, turned_sigma_m] =
-      aside(ranging::PassageWalls{Vec3::UnitX(), 2.5, 1.5}, std::numbers::pi);
+      lateral(ranging::PassageWalls{Vec3::UnitX(), 2.5, 1.5}, std::numbers::pi);
   EXPECT_NEAR(turned_m, 1.5, 0.1) << "it began facing this vehicle: its right is left here";
   EXPECT_NEAR(turned_sigma_m, both_sigma_m, 0.02);
-  const auto [own_m, own_sigma_m] = aside(std::nullopt, 0.0);
+  const auto [own_m, own_sigma_m] = lateral(std::nullopt, 0.0);
   EXPECT_GT(own_sigma_m, 0.6) << "it tells of no walls";
   EXPECT_NEAR(own_m, 0.7, 0.3);
   const auto [across_m, across_sigma_m] =
-      aside(ranging::PassageWalls{Vec3::UnitY(), 1.5, 2.5}, 0.0);
+      lateral(ranging::PassageWalls{Vec3::UnitY(), 1.5, 2.5}, 0.0);
   EXPECT_EQ(across_sigma_m, own_sigma_m) << "it stands in another passage";
   EXPECT_EQ(across_m, own_m);
 }
 
-/// A passage of 4 m, the vehicle in its middle; the peer's start was measured by hand, and it
-/// stands there.
+/// A passage of 4 m, the vehicle in its middle; the peer is at standstill at its start, which was
+/// measured by hand.
 struct InPassage : Staged {
   explicit InPassage(double ahead_m) : Staged(ahead(ahead_m)) {
     filter.axis = Vec3::UnitX();
@@ -201,46 +204,46 @@ struct InPassage : Staged {
     return settings;
   }
 
-  /// How far aside the peer is, and sigma of it, after it told of its walls.
-  std::pair<double, double> hear(double t_s, double range_m, double left_m, double right_m) {
+  /// Lateral offset of the peer, and its sigma, after it reported its walls.
+  std::pair<double, double> receive(double t_s, double range_m, double left_m, double right_m) {
     PeerPose pose;
     pose.walls = ranging::PassageWalls{Vec3::UnitX(), left_m, right_m};
     stage.on(PeerStatus{kPeer, Time::from_s(t_s), true, pose});
     static_cast<void>(one(t_s, range_m));
-    return {filter.side().mean[1], std::sqrt(filter.side().covariance(1, 1))};
+    return {filter.augmented().mean[1], std::sqrt(filter.augmented().covariance(1, 1))};
   }
 };
 
 TEST(RangeStage, walls_correct_a_start_that_was_measured_by_hand_and_again_from_nearer) {
   InPassage s(9.0);
   // Sigma 0.49 by hand (0.2, and 0.05 rad over 9 m); 0.1 and 0.4 m of bend by walls.
-  const auto [far_m, far_sigma_m] = s.hear(0.1, 8.9, 1.7, 2.3);
+  const auto [far_m, far_sigma_m] = s.receive(0.1, 8.9, 1.7, 2.3);
   EXPECT_NEAR(far_m, 0.3 * 0.49 * 0.49 / (0.49 * 0.49 + 0.5 * 0.5), 0.03);
-  EXPECT_NEAR(s.hear(1.0, 8.0, 1.7, 2.3).first, far_m, 0.01) << "the same walls, the same error";
-  const auto [near_m, near_sigma_m] = s.hear(6.0, 3.0, 1.7, 2.3);
+  EXPECT_NEAR(s.receive(1.0, 8.0, 1.7, 2.3).first, far_m, 0.01) << "the same walls, the same error";
+  const auto [near_m, near_sigma_m] = s.receive(6.0, 3.0, 1.7, 2.3);
   EXPECT_NEAR(near_m, 0.3, 0.06);
   EXPECT_LT(near_sigma_m, 0.5 * far_sigma_m);
 }
 
-// A hole in the map beside the peer made its passage 2 m wider than here, which was told with a
-// sigma of 1 m, and again with each range: after seconds the place was half a metre off, by seven
-// sigma, and with it the bias of the pair, and each leap past the peer added twice that.
+// A hole in the map beside the peer made its passage 2 m wider than here. That was used with a
+// sigma of 1 m, and again with each range: after seconds the landmark was half a metre off, by
+// seven sigma, and with it the bias of the pair. Each leap past the peer added twice that.
 TEST(RangeStage, walls_that_are_not_the_same_for_both_tell_once) {
   InPassage s(3.0);
-  const auto [once_m, once_sigma_m] = s.hear(0.1, 2.9, 1.7, 4.3);
+  const auto [once_m, once_sigma_m] = s.receive(0.1, 2.9, 1.7, 4.3);
   EXPECT_GT(once_m, 0.02) << "1.3 m aside, sigma 1.1; 0.25 by hand";
   EXPECT_LT(once_m, 0.15);
-  for (int k = 1; k < 60; ++k) static_cast<void>(s.hear(0.1 + 0.05 * k, 2.9, 1.7, 4.3));
-  const auto [often_m, often_sigma_m] = s.hear(3.2, 2.9, 1.7, 4.3);
+  for (int k = 1; k < 60; ++k) static_cast<void>(s.receive(0.1 + 0.05 * k, 2.9, 1.7, 4.3));
+  const auto [often_m, often_sigma_m] = s.receive(3.2, 2.9, 1.7, 4.3);
   EXPECT_NEAR(often_m, once_m, 0.02);
   EXPECT_NEAR(often_sigma_m, once_sigma_m, 0.02);
-  EXPECT_NEAR(s.hear(3.3, 2.9, 1.7, 2.3).first, 0.3, 0.1) << "the hole is closed";
+  EXPECT_NEAR(s.receive(3.3, 2.9, 1.7, 2.3).first, 0.3, 0.1) << "the hole is closed";
 }
 
 TEST(RangeStage, walls_that_contradict_all_that_is_known_are_none) {
-  // Sigma 0.25 by hand, 0.15 by walls: 1.6 m aside would be 5 sigma off.
-  EXPECT_NEAR(InPassage(3.0).hear(0.1, 2.9, 0.4, 3.6).first, 0.0, 1e-6);
-  EXPECT_NEAR(InPassage(3.0).hear(0.1, 2.9, 1.7, 2.3).first, 0.22, 0.03);
+  // Sigma 0.25 by hand, 0.15 by walls: a lateral offset of 1.6 m would be 5 sigma off.
+  EXPECT_NEAR(InPassage(3.0).receive(0.1, 2.9, 0.4, 3.6).first, 0.0, 1e-6);
+  EXPECT_NEAR(InPassage(3.0).receive(0.1, 2.9, 1.7, 2.3).first, 0.22, 0.03);
 }
 
 // A mixture has room for four pairs: the covariance of a fifth was written beyond its matrix.
@@ -252,7 +255,7 @@ TEST(RangeStage, more_antennas_than_a_passage_has_room_for_are_heard_all_the_sam
   s.run(0.0);
   for (int k = 0; k < 24; ++k) {
     const double t_s = 0.1 + 0.05 * k;
-    s.tell(t_s, true);
+    s.report(t_s, true);
     sensor::RangeSample sample = Staged::sample(t_s, 10.0 - t_s);
     sample.from_antenna = static_cast<std::uint8_t>(k % 6);
     s.stage.add(sample, s.out);
@@ -264,12 +267,12 @@ TEST(RangeStage, more_antennas_than_a_passage_has_room_for_are_heard_all_the_sam
   EXPECT_TRUE(s.filter.P.allFinite());
 }
 
-// The doubt about the own place is in that of a place that was found from it: both move together,
-// and the mask knows where the other stands however long the way was.
+// A landmark shares the error of the own position from which it was initialised: both move
+// together, and the mask has their relative position however long the path was.
 TEST(RangeStage, how_far_a_place_found_from_here_is_stays_known_where_the_own_place_is_not) {
   Moved m(2.0, 2.0, Vec3::UnitX());
   m.filter.P(3, 3) = 25.0;
-  EXPECT_EQ(m.hear(12.0, 6), 5);
+  EXPECT_EQ(m.receive(12.0, 6), 5);
   EXPECT_NEAR(m.own_variance_m2(), 25.0, 1e-3);
   EXPECT_FALSE(m.stage.places(m.filter, Time::from_s(1.5), 3.0).empty());
   EXPECT_LT(m.stage.places(m.filter, Time::from_s(1.5), 3.0)[0].covariance_m2(0, 0), 0.5);

@@ -12,9 +12,9 @@ namespace {
 using geometry::Mat3;
 using geometry::Vec3;
 
-/// A vehicle that stands at odom's origin in a tunnel along x, and a peer that came past it, or has
-/// not yet, and stands 0.4 m behind it and 1.2 m to its left. The peer's start was measured 10 m
-/// ahead; of its way it says 0.1 m too much, with a sigma of 0.5 m.
+/// A vehicle at standstill at odom's origin in a tunnel along x, and a peer at standstill 0.4 m
+/// behind it and 1.2 m to its left, before or after passing it. The peer's start was measured 10 m
+/// ahead; its reported path is 0.1 m too long, with a sigma of 0.5 m.
 struct Beside {
   static constexpr double kRange_m = 1.2649;  ///< of 0.4 m and 1.2 m
   double yaw_rad = 0.0;                       ///< of the peer's start
@@ -23,8 +23,8 @@ struct Beside {
   SeenPeer me{kSelf, 0, Vec3(0.4, -1.2, 0.0), 0.01 * Mat3::Identity()};
   bool says = true;
 
-  /// The filter after two ranges while both stand.
-  [[nodiscard]] odometry::DenseSideFilter after() const {
+  /// The filter after two ranges at standstill of both.
+  [[nodiscard]] odometry::DenseAugmentedFilter after() const {
     VehicleSettings settings = settings_with_prior();
     const Mat3 R = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad);
     settings.peers[0].prior->T_self_peer.R = R;
@@ -46,41 +46,41 @@ struct Beside {
     return s.filter;
   }
 
-  [[nodiscard]] bool placed() const { return after().side().size() > 0; }
+  [[nodiscard]] bool placed() const { return after().augmented().size() > 0; }
 };
 
-// 1.3 m beside the anchor neither range nor word tells ahead from behind: no range was used, and
-// rounds ended before anybody had moved.
+// 1.3 m beside the anchor neither range nor reported path separates ahead from behind: no range was
+// used, and rounds ended before any vehicle had moved.
 TEST(RangeSeen, whoever_came_by_ranges_tells_the_other_where_it_stands) {
   for (const double yaw_rad : {0.0, 2.0, std::numbers::pi}) {
-    const odometry::DenseSideFilter filter = Beside{.yaw_rad = yaw_rad}.after();
-    ASSERT_GE(filter.side().size(), 3) << yaw_rad;
-    EXPECT_LT((filter.side().mean.head<3>() - Vec3(-0.4, 1.2, 0.0)).norm(), 0.02) << yaw_rad;
-    const double sigma_m = std::sqrt(filter.side().covariance(0, 0));
+    const odometry::DenseAugmentedFilter filter = Beside{.yaw_rad = yaw_rad}.after();
+    ASSERT_GE(filter.augmented().size(), 3) << yaw_rad;
+    EXPECT_LT((filter.augmented().mean.head<3>() - Vec3(-0.4, 1.2, 0.0)).norm(), 0.02) << yaw_rad;
+    const double sigma_m = std::sqrt(filter.augmented().covariance(0, 0));
     EXPECT_GT(sigma_m, 0.1) << "at least as much as the other says";
     EXPECT_LT(sigma_m, 0.35) << "and with the own doubt about the way, 0.2 m";
   }
   EXPECT_FALSE((Beside{.says = false}.placed())) << "by its way alone it may be on either side";
 }
 
-// What ranges of this pair always have too much is in its word, too: told as if it were not, the
-// two would be sure of a place 0.1 m off.
+// The bias of this pair is in the peer's report, too: without its variance, both would be
+// overconfident in a position 0.1 m off.
 TEST(RangeSeen, the_bias_of_the_pair_is_in_doubt_for_both) {
   Beside s;
   s.me.covariance_m2 = 1e-6 * Mat3::Identity();
-  const odometry::DenseSideFilter filter = s.after();
-  ASSERT_GE(filter.side().size(), 3);
+  const odometry::DenseAugmentedFilter filter = s.after();
+  ASSERT_GE(filter.augmented().size(), 3);
   const Vec3 e = Vec3(-0.4, 1.2, 0.0).normalized();
   Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(filter.P.cols());
   row.segment<3>(3) = -e;
-  row.segment<3>(odometry::DenseSideFilter::kOwn) = e;
+  row.segment<3>(odometry::DenseAugmentedFilter::kOwn) = e;
   const double apart_sigma_m = std::sqrt((row * filter.P * row.transpose()).value());
   const double bias_sigma_m = ranging::bias_sigma_m(VehicleSettings{}.ranging.bias, false);
   EXPECT_GT(apart_sigma_m, 0.6 * bias_sigma_m) << "shared with the bias by the first ranges";
 }
 
-// Vehicles in a tunnel know each other's height to half a metre and need no more: for that the word
-// was refused, and the mission ended 4 m beside the anchor.
+// In a tunnel, relative heights have a sigma of half a metre, which is enough. The report was
+// refused for that, and the mission ended 4 m beside the anchor.
 TEST(RangeSeen, a_doubtful_height_does_not_matter) {
   Beside s;
   s.me.covariance_m2(2, 2) = 0.25;

@@ -12,9 +12,9 @@ namespace rali::vehicle {
 using geometry::Mat3;
 using geometry::SE3;
 using geometry::Vec3;
+using odometry::AugmentedFilter;
+using odometry::AugmentedStates;
 using odometry::Moment;
-using odometry::SideFilter;
-using odometry::SideStates;
 using ranging::RangeReason;
 using ranging::RangeUse;
 using sensor::RangeSample;
@@ -35,12 +35,12 @@ fleet::RangeEntry entry_of(const RangeSample& sample, const Moment& now, double 
   return entry;
 }
 
-/// Peers begin their numbers anew: more antennas than that nobody has, and a hostile recording
-/// must not make pairs without end.
+/// Each peer numbers its own antennas. No fleet has more pairs, and a hostile recording must not
+/// create pairs without end.
 constexpr std::size_t kPairsMax = 64;
 
-/// One wrong stretch of ranges must not throw the pose away.
-constexpr double kWidenMost = 16.0;
+/// Largest widening of the covariance: one run of wrong ranges must not discard the pose.
+constexpr double kWidenMax = 16.0;
 
 }  // namespace
 
@@ -70,7 +70,7 @@ void RangeStage::on(const PeerStatus& status) {
   if (found != peers_.end()) found->second.on(status, settings_.ranging.place_stay_m);
 }
 
-/// Own antenna, peer and its antenna; false if an end is nobody's.
+/// Own antenna, peer and its antenna; false if an end is unknown or there are too many pairs.
 bool RangeStage::understand(const RangeSample& sample, PairKey& key) const {
   const bool forth = sample.from == self_;
   if (!forth && sample.to != self_) return false;
@@ -95,7 +95,7 @@ RangeStage::Pair& RangeStage::pair_of(const PairKey& key) {
   return pairs_.emplace(key, Pair(r, given.value_or(0.0), sigma_m)).first->second;
 }
 
-RangeEffect RangeStage::run(Time t_end, SideFilter* filter, const Vec3& g_odom_mps2,
+RangeEffect RangeStage::run(Time t_end, AugmentedFilter* filter, const Vec3& g_odom_mps2,
                             const std::optional<SE3>& first_pose, OutputList& out) {
   RangeEffect effect;
   entries_.clear();
@@ -121,7 +121,7 @@ void RangeStage::flush(OutputList& out) {
   waiting_.clear();
 }
 
-void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect& effect,
+void RangeStage::use(const RangeSample& sample, AugmentedFilter& filter, RangeEffect& effect,
                      RangeUse& use) {
   PairKey key;
   if (!understand(sample, key)) {
@@ -143,15 +143,15 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
     use.reason = *wrong;
     return;
   }
-  pair.heard = {sample.t, sample.range_m};
+  pair.received = {sample.t, sample.range_m};
   sigma_m *= signal.sigma_factor;
   if (now) entries_.push_back(entry_of(sample, *now, sigma_m));
   if (!prediction) {
     use.reason = now || !stands || !posed_ ? RangeReason::kNoPose : RangeReason::kLate;
-    const PlaceKey place_key{std::get<1>(key), std::get<2>(key)};
-    const bool sought = !places_.contains(place_key);
-    if (now && stands && sought) seek_place(key, *now, sample, sigma_m, filter);
-    if (now && stands && !sought) forget_unfit(place_key, pair, sample.t, false, filter);
+    const LandmarkKey landmark_key{std::get<1>(key), std::get<2>(key)};
+    const bool sought = !places_.contains(landmark_key);
+    if (now && stands && sought) initialise_landmark(key, *now, sample, sigma_m, filter);
+    if (now && stands && !sought) forget_unfit(landmark_key, pair, sample.t, false, filter);
     return;
   }
   bool clear = signal.clear();
@@ -175,10 +175,10 @@ void RangeStage::use(const RangeSample& sample, SideFilter& filter, RangeEffect&
   forget_unfit({std::get<1>(key), std::get<2>(key)}, pair, sample.t, use.used(), filter);
 }
 
-/// Steps, gate and link (algorithms 4.3, steps 4 to 6); `use` tells what came out.
+/// Steps, gate and link (algorithms 4.3, steps 4 to 6); `use` gets the outcome.
 void RangeStage::judge(Pair& pair, const RangeSample& sample, Prediction& prediction,
-                       double sigma_m, bool clear, SideFilter& filter, RangeUse& use) {
-  odometry::SideMeasurement& m = prediction.measurement;
+                       double sigma_m, bool clear, AugmentedFilter& filter, RangeUse& use) {
+  odometry::AugmentedMeasurement& m = prediction.measurement;
   m.residual = sample.range_m - prediction.predicted_m;
   const double H_P_H = prediction.passage ? prediction.variance_m2 : filter.variance(m);
   const double S = H_P_H + sigma_m * sigma_m;
@@ -197,47 +197,47 @@ void RangeStage::judge(Pair& pair, const RangeSample& sample, Prediction& predic
   pair.R_m2 = decision.gate.R_m2;
 }
 
-/// True while the range is longer than the straight way. If the track began with such ranges the
-/// pose has followed them: it is as doubtful as they were wrong.
+/// True while the range is longer than the line of sight. If the track started with such ranges,
+/// the pose has followed them: its covariance grows by their error.
 bool RangeStage::is_excess(Pair& pair, const RangeSample& sample, const Prediction& prediction,
-                           double sigma_m, double pose_sigma_m, SideFilter& filter) const {
+                           double sigma_m, double pose_sigma_m, AugmentedFilter& filter) const {
   if (!settings_.ranging.excess.use) return false;
   constexpr double kMemory_s = 0.5;  // of the level before a step, at 20 Hz
   const Time t = sample.t;
   const Vec3 sight = (prediction.p_odom_antenna_m - prediction.p_odom_peer_m).normalized();
-  pair.sights.emplace_back(t, sight);
-  while ((t - pair.sights.front().first).s() > kMemory_s) pair.sights.pop_front();
-  const Vec3 turned = sight - pair.sights.front().second;
+  pair.lines_of_sight.emplace_back(t, sight);
+  while ((t - pair.lines_of_sight.front().first).s() > kMemory_s) pair.lines_of_sight.pop_front();
+  const Vec3 turned = sight - pair.lines_of_sight.front().second;
   const double turn_sigma_m = std::sqrt(turned.dot(prediction.P_between_m2 * turned));
-  // The range against its own change at the predicted speed: where the pose is corrected, its
-  // residual steps, and the range does not.
-  if (pair.glide) {
-    const double expected_m = prediction.rate_mps * (t - pair.glide->t).s();
-    pair.glide_m += sample.range_m - pair.glide->range_m - expected_m;
+  // The range against its own change at the predicted rate: a correction of the pose makes a step
+  // in the residual, but none in the range.
+  if (pair.last_range) {
+    const double expected_m = prediction.rate_mps * (t - pair.last_range->t).s();
+    pair.shift_m += sample.range_m - pair.last_range->range_m - expected_m;
   }
-  pair.glide = sample;
+  pair.last_range = sample;
   const ranging::ExcessVerdict verdict =
-      pair.excess.look(t, pair.glide_m, sigma_m, pose_sigma_m, turn_sigma_m);
+      pair.excess.look(t, pair.shift_m, sigma_m, pose_sigma_m, turn_sigma_m);
   if (verdict == ranging::ExcessVerdict::kRelieved) {
-    // Whatever had followed the long ranges is wrong by the step: at rest the place, else the pose.
-    // Not both: the two would slide along the line of sight together.
+    // The estimate that followed the long ranges is wrong by the step: at standstill the landmark,
+    // else the pose. Not both: the two would drift along the line of sight together.
     const double was = std::max(1e-3, pose_sigma_m);
     const double wrong = pair.excess.step_m();
     for (int k = 0; k < 3 && prediction.at_rest; ++k) {
       filter.walk_side(prediction.place + k, wrong * wrong * sight[k] * sight[k]);
     }
     if (!prediction.at_rest) {
-      filter.widen(std::clamp(1.0 + wrong * wrong / (was * was), 1.0, kWidenMost));
+      filter.widen(std::clamp(1.0 + wrong * wrong / (was * was), 1.0, kWidenMax));
     }
     return false;
   }
   return verdict != ranging::ExcessVerdict::kNone;
 }
 
-/// Asked again after a while or some way: marching through the map costs more than the rest. Where
-/// the pose is doubtful along the map, the walls must be in the way at both ends of the doubt too.
+/// Checked again only after some time or distance: ray casting in the map costs more than the rest.
+/// Where the pose is uncertain, walls must block the line at both ends of its interval too.
 bool RangeStage::blocked(Pair& pair, Time t, const Prediction& prediction,
-                         const SideFilter& filter) const {
+                         const AugmentedFilter& filter) const {
   const ranging::SightSettings& s = settings_.ranging.sight;
   if (!s.use) return false;
   const Vec3& p = prediction.p_odom_antenna_m;

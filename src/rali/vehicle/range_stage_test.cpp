@@ -10,7 +10,7 @@ namespace rali::vehicle {
 namespace {
 
 using geometry::Vec3;
-using odometry::DenseSideFilter;
+using odometry::DenseAugmentedFilter;
 using ranging::RangeReason;
 using ranging::RangeUse;
 using sensor::RangeSample;
@@ -18,9 +18,9 @@ using sensor::RangeSample;
 TEST(RangeStage, a_range_moves_the_pose_by_the_gain_worked_out_by_hand) {
   Staged s;
   // Between the antennas, across the line: 0.2901 m2 (0.04 + 0.5^2 + 1e-4) and 0.0401 m2. The mean
-  // of the bend, half their sum / 10 = 16.5 mm, is not taken off.
-  // S: own place 0.04, the peer's 0.04, bias 0.01, stamps 1 (m/s)^2 (0.02 s)^2, the range
-  // 0.1^2 + 0.0101^2, and the bend half of 0.02901^2 + 0.00401^2.
+  // of the second-order term, half their sum / 10 = 16.5 mm, is not subtracted.
+  // S: own position 0.04, the peer's 0.04, bias 0.01, stamps 1 (m/s)^2 (0.02 s)^2, the range 0.1^2
+  // + 0.0101^2, and the second-order term half of 0.02901^2 + 0.00401^2.
   const double S = 0.04 + 0.04 + 0.01 + 0.0004 + 0.01010201 + 0.5 * (8.41580e-4 + 1.60801e-5);
   const RangeUse use = s.one(0.0, 10.1);
   EXPECT_EQ(use.reason, RangeReason::kUsed);
@@ -28,14 +28,14 @@ TEST(RangeStage, a_range_moves_the_pose_by_the_gain_worked_out_by_hand) {
   EXPECT_NEAR(use.residual_m, 0.1, 1e-9);
   EXPECT_NEAR(use.sigma_m, std::sqrt(S), 1e-7);
   EXPECT_EQ(use.bias_m, 0.0);
-  // Longer than thought: farther back, by 0.04 / S of it.
+  // Longer than predicted: the pose moves back, by 0.04 / S of the residual.
   EXPECT_NEAR(s.filter.now.T_odom_body.p.x(), -0.1 * 0.04 / S, 1e-7);
   EXPECT_NEAR(s.effect.shift_m, 0.1 * 0.04 / S, 1e-7);
   EXPECT_EQ(s.effect.from, kPeer);
-  // Side states: place, stamps, bias.
-  ASSERT_EQ(s.filter.side().size(), 5);
-  EXPECT_NEAR(s.filter.side().mean[0], 10.0 + 0.1 * 0.04 / S, 1e-7);
-  EXPECT_NEAR(s.filter.side().mean[4], 0.1 * 0.01 / S, 1e-7);
+  // Augmented states: landmark, stamps, bias.
+  ASSERT_EQ(s.filter.augmented().size(), 5);
+  EXPECT_NEAR(s.filter.augmented().mean[0], 10.0 + 0.1 * 0.04 / S, 1e-7);
+  EXPECT_NEAR(s.filter.augmented().mean[4], 0.1 * 0.01 / S, 1e-7);
 }
 
 TEST(RangeStage, the_direction_of_an_exchange_makes_no_difference) {
@@ -66,7 +66,7 @@ TEST(RangeStage, ranges_of_strangers_are_unknown_at_once) {
   strange.from = VehicleId{3};  // between two others
   s.stage.add(strange, s.out);
   strange = Staged::sample(0.0, 10.0);
-  strange.to_antenna = 1;  // the peer has but one
+  strange.to_antenna = 1;  // the peer has only one
   s.stage.add(strange, s.out);
   strange = Staged::sample(0.0, 10.0);
   strange.from_antenna = 255;
@@ -80,13 +80,13 @@ TEST(RangeStage, ranges_of_strangers_are_unknown_at_once) {
 TEST(RangeStage, without_a_peer_that_is_known_to_stand_there_is_no_pose) {
   Staged s;
   EXPECT_EQ(s.one(1.4, 8.6).reason, RangeReason::kUsed);
-  EXPECT_EQ(s.one(1.6, 8.4).reason, RangeReason::kNoPose);  // said 1.5 s ago
-  s.tell(1.6, false);
-  EXPECT_EQ(s.one(1.7, 8.3).reason, RangeReason::kNoPose);  // drives
+  EXPECT_EQ(s.one(1.6, 8.4).reason, RangeReason::kNoPose);  // reported 1.5 s ago
+  s.report(1.6, false);
+  EXPECT_EQ(s.one(1.7, 8.3).reason, RangeReason::kNoPose);  // in motion
 
   VehicleSettings settings = settings_with_prior();
   RangeStage never(kSelf, settings);
-  DenseSideFilter filter;
+  DenseAugmentedFilter filter;
   OutputList out;
   never.add(Staged::sample(0.0, 10.0), out);
   static_cast<void>(never.run(Time::from_s(1.0), &filter, kGravity, geometry::SE3{}, out));
@@ -170,7 +170,7 @@ TEST(RangeStage, a_burst_of_long_ranges_is_called_blocked_from_the_first) {
   int used = 0;
   for (int k = 0; k < 100; ++k) {
     const bool burst = k >= 40 && k < 70;
-    s.tell(0.05 * k, true);
+    s.report(0.05 * k, true);
     const double noise_m = k % 2 == 0 ? 0.02 : -0.02;
     const RangeUse use = s.one(0.05 * k, 10.0 + noise_m + (burst ? 0.6 : 0.0));
     if (burst) {
@@ -178,7 +178,7 @@ TEST(RangeStage, a_burst_of_long_ranges_is_called_blocked_from_the_first) {
     }
     used += use.used();
   }
-  EXPECT_GE(used, 66);  // 70 less those that tell that it is over
+  EXPECT_GE(used, 66);  // 70 less those that show that it is over
   EXPECT_NEAR(s.filter.now.T_odom_body.p.x(), 0.0, 0.02);
 }
 
@@ -186,7 +186,7 @@ TEST(RangeStage, short_ranges_that_agree_widen_the_pose) {
   Staged s;
   s.filter.now.v_odom_mps = Vec3::Zero();
   for (int k = 0; k < 20; ++k) {
-    s.tell(0.05 * k, true);
+    s.report(0.05 * k, true);
     EXPECT_EQ(s.filter.widened, 1.0);
     EXPECT_EQ(s.one(0.05 * k, 8.0).reason, RangeReason::kBlockedByGate);
   }
@@ -212,7 +212,7 @@ TEST(RangeStage, goes_through_ranges_in_the_order_of_time_up_to_the_end_of_the_s
     EXPECT_EQ(s.filter.asked[k], Time::from_s(0.1 * static_cast<double>(k + 1)));
     EXPECT_EQ(s.uses()[k].reason, RangeReason::kUsed);
   }
-  s.stage.flush(s.out);  // the sweep that covers the last one never comes
+  s.stage.flush(s.out);  // the scan that covers the last one never comes
   ASSERT_EQ(s.uses().size(), 4U);
   EXPECT_EQ(s.uses()[3].reason, RangeReason::kNoPose);
   s.stage.flush(s.out);
@@ -222,33 +222,33 @@ TEST(RangeStage, goes_through_ranges_in_the_order_of_time_up_to_the_end_of_the_s
 TEST(RangeStage, a_peer_that_drove_off_takes_its_place_with_it_and_nothing_else) {
   Staged s;
   static_cast<void>(s.one(0.0, 10.1));
-  ASSERT_EQ(s.filter.side().size(), 5);
-  const double tau_s = s.filter.side().mean[3];
-  const double bias_m = s.filter.side().mean[4];
-  s.tell(0.1, false);
+  ASSERT_EQ(s.filter.augmented().size(), 5);
+  const double tau_s = s.filter.augmented().mean[3];
+  const double bias_m = s.filter.augmented().mean[4];
+  s.report(0.1, false);
   EXPECT_EQ(s.one(0.1, 9.9).reason, RangeReason::kNoPose);
-  ASSERT_EQ(s.filter.side().size(), 2);
-  EXPECT_EQ(s.filter.side().mean[0], tau_s);
-  EXPECT_EQ(s.filter.side().mean[1], bias_m);
-  // It stands again, elsewhere: what was measured at the start is worth nothing.
-  s.tell(0.2, true);
+  ASSERT_EQ(s.filter.augmented().size(), 2);
+  EXPECT_EQ(s.filter.augmented().mean[0], tau_s);
+  EXPECT_EQ(s.filter.augmented().mean[1], bias_m);
+  // At standstill again, elsewhere: the prior of the start no longer holds.
+  s.report(0.2, true);
   EXPECT_EQ(s.one(0.2, 9.8).reason, RangeReason::kNoPose);
-  EXPECT_EQ(s.filter.side().size(), 2);
+  EXPECT_EQ(s.filter.augmented().size(), 2);
 }
 
-// An anchor that was passed said for two sweeps that it drives. Its place was forgotten, found anew
-// on the wrong side of the vehicle beside it, and the round ended.
+// An anchor that was passed reported motion for two scans. Its landmark was removed, initialised
+// again on the wrong side of the vehicle beside it, and the round ended.
 TEST(RangeStage, a_peer_that_is_only_shaken_keeps_its_place) {
   for (const double off_m : {0.02, 0.5}) {
     Staged s;
     PeerPose pose;
     s.stage.on(PeerStatus{kPeer, Time::from_s(0.0), true, pose});
     EXPECT_TRUE(s.one(0.1, 9.9).used());
-    const auto states = s.filter.side().size();
+    const auto states = s.filter.augmented().size();
     pose.T_start_body.p.x() = off_m;
     s.stage.on(PeerStatus{kPeer, Time::from_s(0.2), false, pose});
     EXPECT_FALSE(s.one(0.3, 9.7).used()) << "it may be driving off";
-    EXPECT_EQ(s.filter.side().size(), off_m < 0.1 ? states : states - 3) << off_m;
+    EXPECT_EQ(s.filter.augmented().size(), off_m < 0.1 ? states : states - 3) << off_m;
     s.stage.on(PeerStatus{kPeer, Time::from_s(0.4), true, pose});
     EXPECT_TRUE(s.one(0.5, 9.5 + off_m).used()) << off_m;
   }
@@ -260,30 +260,30 @@ TEST(RangeStage, finds_a_far_peer_in_a_passage_by_driving) {
   Staged s(settings);
   s.filter.axis = Vec3::UnitX();
   double t_s = 0.0;
-  while (s.filter.side().size() == 0 && t_s < 5.0) {
-    s.tell(t_s, true);
+  while (s.filter.augmented().size() == 0 && t_s < 5.0) {
+    s.report(t_s, true);
     EXPECT_EQ(s.one(t_s, 60.0 - t_s).reason, RangeReason::kNoPose);
     t_s += 0.1;
   }
-  // Stamps, bias and place. At 58 m it stands 4.9 m aside, as far as is known: along the passage it
-  // is 4.9^2 / (2 58) nearer for that.
-  ASSERT_EQ(s.filter.side().size(), 5);
-  EXPECT_NEAR(s.filter.side().mean[2], 60.0 - 0.207, 0.01);
-  // It errs with the bias by which it was found: against it, metre for metre.
-  EXPECT_NEAR(s.filter.side().covariance(1, 2), -s.filter.side().covariance(1, 1), 1e-9);
+  // Stamps, bias and landmark. At 58 m the lateral sigma is 4.9 m: along the passage it is 4.9^2 /
+  // (2 58) nearer for that.
+  ASSERT_EQ(s.filter.augmented().size(), 5);
+  EXPECT_NEAR(s.filter.augmented().mean[2], 60.0 - 0.207, 0.01);
+  // Its error is that of the bias from which it was initialised, with the opposite sign.
+  EXPECT_NEAR(s.filter.augmented().covariance(1, 2), -s.filter.augmented().covariance(1, 1), 1e-9);
   const std::size_t before = s.uses().size();
   EXPECT_EQ(s.one(t_s, 60.0 - t_s).reason, RangeReason::kUsed);
   EXPECT_EQ(s.uses().size(), before + 1);
-  // In a passage the place across is held open: the filter is told by the slices, and from afar
-  // nothing of what is across.
+  // In a passage the lateral position is kept open: the filter is updated by the slices, and from
+  // afar not in the lateral position.
   EXPECT_TRUE(s.filter.applied.empty());
   EXPECT_EQ(s.filter.replaced, 1);
-  EXPECT_NEAR(s.filter.side().mean[3], 0.0, 0.05);
-  EXPECT_GT(s.filter.side().covariance(3, 3), 2.0);
+  EXPECT_NEAR(s.filter.augmented().mean[3], 0.0, 0.05);
+  EXPECT_GT(s.filter.augmented().covariance(3, 3), 2.0);
 }
 
 TEST(RangeStage, passes_a_peer_whose_place_across_was_wrong_by_metres) {
-  // It stands 1.2 m to the left, and was measured 4 m to the right, 40 m ahead.
+  // It is 1.2 m to the left, with a prior 4 m to the right, 40 m ahead.
   VehicleSettings settings = settings_with_prior();
   settings.peers[0].prior->T_self_peer.p = Vec3(40.0, -4.0, 0.0);
   settings.peers[0].prior->sigma_rad = 0.08;
@@ -294,14 +294,14 @@ TEST(RangeStage, passes_a_peer_whose_place_across_was_wrong_by_metres) {
   double worst_m = 0.0;
   for (int k = 1; k < 700; ++k) {
     const double t_s = 0.1 * k;
-    s.filter.P(6, 6) += 1e-5;  // of its own motion
-    s.tell(t_s, true);
+    s.filter.P(6, 6) += 1e-5;  // process noise of the vehicle
+    s.report(t_s, true);
     static_cast<void>(s.one(t_s, std::hypot(40.0 - t_s, 1.2)));
     worst_m = std::max(worst_m, std::abs(s.filter.now.T_odom_body.p.x() - t_s));
   }
   EXPECT_LT(worst_m, 0.5);
   EXPECT_NEAR(s.filter.now.T_odom_body.p.x(), 69.9, 0.25);
-  EXPECT_NEAR(std::abs(s.filter.side().mean[1]), 1.2, 0.3);
+  EXPECT_NEAR(std::abs(s.filter.augmented().mean[1]), 1.2, 0.3);
 }
 
 TEST(RangeStage, the_same_ranges_give_the_same_bytes) {
@@ -309,7 +309,7 @@ TEST(RangeStage, the_same_ranges_give_the_same_bytes) {
   Staged b;
   for (Staged* s : {&a, &b}) {
     for (int k = 0; k < 20; ++k) {
-      s->tell(0.05 * k, true);
+      s->report(0.05 * k, true);
       static_cast<void>(s->one(0.05 * k, 10.0 - 0.05 * k + 0.01 * (k % 3)));
     }
   }

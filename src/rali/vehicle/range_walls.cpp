@@ -1,4 +1,4 @@
-// Walls of a passage, as a measure of how far aside of each other two vehicles stand in it.
+// Walls of a passage, as a measurement of the lateral offset of two vehicles in it.
 #include <algorithm>
 #include <array>
 
@@ -10,16 +10,16 @@ namespace rali::vehicle {
 
 using geometry::SE3;
 using geometry::Vec3;
-using odometry::SideFilter;
-using ranging::Aside;
+using odometry::AugmentedFilter;
+using ranging::LateralOffset;
 using ranging::PassageWalls;
 
 namespace {
 
-/// As far as the map is empty that way, to centimetres; walls_far_m if it is all the way, or if
-/// something is so near that it must be the vehicle's own.
+/// Free distance in the map in that direction, to centimetres. It is walls_far_m if all of that is
+/// free, or if a surface is so near that it must be the vehicle's own.
 double free_m(const Vec3& p_odom_m, const Vec3& direction, const ranging::FinderSettings& settings,
-              const SideFilter& filter) {
+              const AugmentedFilter& filter) {
   constexpr double kFine_m = 0.02;
   const double far_m = settings.walls_far_m;
   if (filter.surfaces_between(p_odom_m, p_odom_m + far_m * direction) == 0) return far_m;
@@ -35,17 +35,17 @@ double free_m(const Vec3& p_odom_m, const Vec3& direction, const ranging::Finder
 
 }  // namespace
 
-std::optional<PassageWalls> RangeStage::walls(const SideFilter& filter,
+std::optional<PassageWalls> RangeStage::walls(const AugmentedFilter& filter,
                                               const SE3& T_odom_body) const {
-  const std::optional<Vec3> axis = filter.blind_axis();
+  const std::optional<Vec3> axis = filter.degenerate_axis();
   if (!axis || peers_.empty() || settings_.antennas_body_m.empty()) return std::nullopt;
   return walls_beside(T_odom_body * settings_.antennas_body_m.front(), *axis, filter);
 }
 
-/// Of the passage at that point of odom, if both are seen: where single rays go through a gap of
-/// the map, or meet a post, those beside them tell.
+/// Walls of the passage at that point of odom, if both are seen. Neighbouring rays make up for
+/// single rays that pass through a gap of the map or meet a post.
 std::optional<PassageWalls> RangeStage::walls_beside(const Vec3& p_odom_m, const Vec3& axis_odom,
-                                                     const SideFilter& filter) const {
+                                                     const AugmentedFilter& filter) const {
   constexpr std::array kSteps{0.0, -1.0, 1.0, -2.0, 2.0};
   const ranging::FinderSettings& s = settings_.ranging.finder;
   const double far_m = s.walls_far_m;
@@ -56,7 +56,7 @@ std::optional<PassageWalls> RangeStage::walls_beside(const Vec3& p_odom_m, const
     std::transform(kSteps.begin(), kSteps.end(), met_m.begin(), [&](double steps) {
       return free_m(p_odom_m + steps * s.walls_every_m * axis, direction, s, filter);
     });
-    // The middle of those that meet a wall, most of them.
+    // The median of the rays that meet a wall, if most of them do.
     std::sort(met_m.begin(), met_m.end());
     const auto met = std::lower_bound(met_m.begin(), met_m.end(), far_m) - met_m.begin();
     return 2 * met > static_cast<std::ptrdiff_t>(met_m.size())
@@ -68,12 +68,12 @@ std::optional<PassageWalls> RangeStage::walls_beside(const Vec3& p_odom_m, const
   return walls;
 }
 
-/// Beside the peer's antenna, in odom, as it told where it stands.
-std::optional<PassageWalls> RangeStage::walls_of(const PlaceKey& key) const {
+/// Walls beside the peer's antenna, in odom, as reported by the peer at standstill.
+std::optional<PassageWalls> RangeStage::walls_of(const LandmarkKey& key) const {
   const auto& [id, antenna] = key;
   const PeerWatch& peer = peers_.at(id);
-  const bool told = peer.at_rest && peer.pose && peer.pose->walls;
-  if (!told || !peer.settings.prior || !first_pose_) return std::nullopt;
+  const bool reported = peer.at_rest && peer.pose && peer.pose->walls;
+  if (!reported || !peer.settings.prior || !first_pose_) return std::nullopt;
   const geometry::Mat3 R_odom_start = start_of(peer);
   PassageWalls walls = *peer.pose->walls;
   walls.axis = R_odom_start * walls.axis;
@@ -86,49 +86,51 @@ std::optional<PassageWalls> RangeStage::walls_of(const PlaceKey& key) const {
   return walls;
 }
 
-/// The same walls seen again are the same error: only where they tell twice as well as when they
-/// told last, since the passage's bends hide less or both see the same width now. While slices of
-/// the place are held open, they are told to those.
-void RangeStage::measure_aside(const PairKey& key, Place& place, const odometry::Moment& now,
-                               SideFilter& filter) const {
-  const std::optional<Vec3> axis = filter.blind_axis();
+/// The same walls measured again have the same error. So they are used only if sigma is half of
+/// that at the last use: bends of the passage hide less, or both see the same width now. While the
+/// landmark has a mixture, its slices are bounded by the walls instead.
+void RangeStage::measure_lateral_offset(const PairKey& key, Place& place,
+                                        const odometry::Moment& now,
+                                        AugmentedFilter& filter) const {
+  const std::optional<Vec3> axis = filter.degenerate_axis();
   if (place.passage || place.passed || !axis) return;
   const Vec3 p_odom_m = now.T_odom_body * settings_.antennas_body_m[std::get<0>(key)];
-  const Vec3 apart = filter.side().mean.segment<3>(place.side) - p_odom_m;
+  const Vec3 apart = filter.augmented().mean.segment<3>(place.state_index) - p_odom_m;
   const ranging::FinderSettings& s = settings_.ranging.finder;
-  const double hidden_m = ranging::aside_in_passage(s, Aside{0.0, 0.0}, apart.norm()).sigma_m;
-  const double worth_m = 0.5 * place.aside_sigma_m;
+  const double hidden_m =
+      ranging::lateral_offset_in_passage(s, LateralOffset{0.0, 0.0}, apart.norm()).sigma_m;
+  const double worth_m = 0.5 * place.lateral_sigma_m;
   if (hidden_m + s.walls_sigma_m > worth_m) return;
   const std::optional<PassageWalls> other = walls_of({std::get<1>(key), std::get<2>(key)});
   if (!other) return;
   const std::optional<PassageWalls> own = walls_beside(p_odom_m, *axis, filter);
   if (!own) return;
-  const std::optional<Aside> both = ranging::aside_by_walls(s, *own, *other);
+  const std::optional<LateralOffset> both = ranging::lateral_offset_by_walls(s, *own, *other);
   if (!both) return;
   const double sigma_m = both->sigma_m + hidden_m;
   if (sigma_m > worth_m) return;
-  place.aside_sigma_m = sigma_m;
+  place.lateral_sigma_m = sigma_m;
   const Vec3 left = up_odom_.cross(own->axis);
-  odometry::SideMeasurement row;
-  row.d_side = odometry::SideStates::Vector::Zero(filter.side().size());
-  row.d_side.segment<3>(place.side) = left;
+  odometry::AugmentedMeasurement row;
+  row.d_augmented = odometry::AugmentedStates::Vector::Zero(filter.augmented().size());
+  row.d_augmented.segment<3>(place.state_index) = left;
   row.d_pose.tail<3>() = -left.transpose();
   row.residual = both->mean_m - left.dot(apart);
   const double S_m2 = filter.variance(row) + sigma_m * sigma_m;
-  if (row.residual * row.residual > s.tell_sigmas * s.tell_sigmas * S_m2) return;
+  if (row.residual * row.residual > s.report_sigmas * s.report_sigmas * S_m2) return;
   filter.apply(row, sigma_m * sigma_m);
 }
 
-/// By those beside both, or, where the peer tells of none, by those beside the own antenna.
-std::optional<Aside> RangeStage::aside_by_walls(const PlaceKey& key, const Vec3& p_odom_m,
-                                                const Vec3& axis_odom,
-                                                const SideFilter& filter) const {
+/// By the walls beside both, or, if the peer reports none, by those beside the own antenna.
+std::optional<LateralOffset> RangeStage::lateral_offset_by_walls(
+    const LandmarkKey& key, const Vec3& p_odom_m, const Vec3& axis_odom,
+    const AugmentedFilter& filter) const {
   const std::optional<PassageWalls> own = walls_beside(p_odom_m, axis_odom, filter);
   if (!own) return std::nullopt;
   const ranging::FinderSettings& s = settings_.ranging.finder;
   const std::optional<PassageWalls> other = walls_of(key);
-  const auto both = other ? ranging::aside_by_walls(s, *own, *other) : std::nullopt;
-  return both ? both : ranging::aside_between_walls(s, *own);
+  const auto both = other ? ranging::lateral_offset_by_walls(s, *own, *other) : std::nullopt;
+  return both ? both : ranging::lateral_offset_between_walls(s, *own);
 }
 
 }  // namespace rali::vehicle

@@ -16,8 +16,8 @@
 
 namespace rali::vehicle {
 
-/// Where a peer stood at the start, measured by hand: its first pose in the own first pose, both
-/// levelled and with their headings along x.
+/// Start pose of a peer, measured by hand: its first pose in the own first pose, both levelled and
+/// with their headings along x.
 struct PeerPrior {
   geometry::SE3 T_self_peer;
   double sigma_m = 0.2;
@@ -31,10 +31,10 @@ struct PeerSettings {
   std::vector<geometry::Vec3> antennas_body_m;  ///< in the peer's body
   std::optional<PeerPrior> prior;
   std::optional<double>
-      bias_m;  ///< of ranges between the two, as the user knows it; else estimated
+      bias_m;  ///< of ranges between the two, as given by the user; else estimated
 };
 
-/// Which sweeps are nodes of the vehicle's path (path_recorder.hpp), besides keyframes.
+/// Which scans are nodes of the vehicle's path (path_recorder.hpp), besides keyframes.
 struct PathSettings {
   double rest_s = 5.0;
   double drive_s = 1.0;
@@ -46,7 +46,7 @@ struct PathSettings {
   }
 };
 
-/// What the vehicle tells the others (fact_writer.hpp).
+/// What the vehicle sends to the others (fact_writer.hpp).
 struct FactSettings {
   std::uint32_t epoch = 0;  ///< raised at each start of the odometry
   double range_block_s = 1.0;
@@ -59,7 +59,7 @@ struct FactSettings {
   }
 };
 
-/// Everything one vehicle's software needs to know before its first event.
+/// Everything that one vehicle's software needs before its first event.
 struct VehicleSettings {
   std::string name = "v1";
   sensor::Calibration calibration;

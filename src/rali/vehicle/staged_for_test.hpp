@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "rali/odometry/side_filter_for_test.hpp"
+#include "rali/odometry/augmented_filter_for_test.hpp"
 #include "rali/vehicle/range_stage.hpp"
 
 namespace rali::vehicle {
@@ -11,7 +11,7 @@ inline constexpr VehicleId kSelf{1};
 inline constexpr VehicleId kPeer{2};
 inline const geometry::Vec3 kGravity(0.0, 0.0, -9.81);
 
-/// A peer whose place was measured 10 m ahead: to 0.2 m, and its direction to 0.05 rad.
+/// A peer with a prior 10 m ahead: sigma 0.2 m, and 0.05 rad in direction.
 inline VehicleSettings settings_with_prior() {
   VehicleSettings settings;
   PeerSettings peer;
@@ -23,9 +23,10 @@ inline VehicleSettings settings_with_prior() {
   return settings;
 }
 
-/// A vehicle at odom's origin at t = 0 that drives 1 m/s along x, and doubts where along x it is.
+/// A vehicle at the origin of odom at t = 0 that drives 1 m/s along x, with a position sigma
+/// of 0.2 m along x.
 struct Staged {
-  odometry::DenseSideFilter filter;
+  odometry::DenseAugmentedFilter filter;
   RangeStage stage;
   OutputList out;
   RangeEffect effect;
@@ -34,10 +35,10 @@ struct Staged {
       : stage(kSelf, settings) {
     filter.P.diagonal().segment<3>(3) << 0.04, 1e-4, 1e-4;
     filter.now.v_odom_mps = geometry::Vec3::UnitX();
-    tell(0.0, true);
+    report(0.0, true);
   }
 
-  void tell(double t_s, bool at_rest) { stage.on(PeerStatus{kPeer, Time::from_s(t_s), at_rest}); }
+  void report(double t_s, bool at_rest) { stage.on(PeerStatus{kPeer, Time::from_s(t_s), at_rest}); }
 
   static sensor::RangeSample sample(double t_s, double range_m) {
     sensor::RangeSample s;
@@ -54,7 +55,7 @@ struct Staged {
     effect = stage.run(Time::from_s(t_s), &filter, kGravity, geometry::SE3{}, out);
   }
 
-  /// What became of one more range.
+  /// Feeds one more range. @return its outcome
   ranging::RangeUse one(double t_s, double range_m) {
     add(t_s, range_m);
     run(t_s);

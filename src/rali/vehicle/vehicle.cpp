@@ -44,8 +44,8 @@ class Vehicle::Impl {
   void on(const ImuSample& sample, Executor& executor, OutputList& out) {
     if (sample.t <= t_imu_) return;  // the driver counts late samples
     if (!sample.gyro_radps.allFinite() || !sample.accel_mps2.allFinite()) {
-      if (!broken_imu_told_) out.emplace_back(broken(sample));
-      broken_imu_told_ = true;
+      if (!broken_imu_reported_) out.emplace_back(broken(sample));
+      broken_imu_reported_ = true;
       return;
     }
     t_imu_ = sample.t;
@@ -78,10 +78,10 @@ class Vehicle::Impl {
 
   void on(const sensor::RangeSample& sample, Executor& /*executor*/, OutputList& out) {
     if (paper_ranges_) {
-      // Without sweeps nothing is placed: only the last seconds can be of use.
-      constexpr std::size_t kHeardMost = 10'000;
-      if (heard_.size() >= kHeardMost) heard_.pop_front();
-      heard_.push_back(sample);
+      // Without scans no range gets a pose: only the last seconds can be of use.
+      constexpr std::size_t kReceivedMax = 10'000;
+      if (received_.size() >= kReceivedMax) received_.pop_front();
+      received_.push_back(sample);
       return paper_ranges_->add(sample, out);
     }
     ranges_.add(sample, out);
@@ -92,15 +92,15 @@ class Vehicle::Impl {
     ranges_.on(status);
   }
 
-  // The strength of the data link ends rounds: nothing that one vehicle decides alone.
+  // The strength of the data link ends rounds of the fleet: no single vehicle decides that.
   void on(const sensor::RadioSample& /*sample*/, Executor& /*executor*/, OutputList& /*out*/) {}
 
   [[nodiscard]] std::optional<RangeStampOffset> range_stamp_offset() const {
-    const odometry::SideFilter* filter = odometry_->side_filter();
+    const odometry::AugmentedFilter* filter = odometry_->augmented_filter();
     const int state = ranges_.stamp_offset_state();
     if (filter == nullptr || state < 0) return std::nullopt;
-    const odometry::SideStates& side = filter->side();
-    return RangeStampOffset{side.mean[state], std::sqrt(side.covariance(state, state))};
+    const odometry::AugmentedStates& augmented = filter->augmented();
+    return RangeStampOffset{augmented.mean[state], std::sqrt(augmented.covariance(state, state))};
   }
 
   [[nodiscard]] imu::MeasuredNoise measured_noise() const { return noise_.mean(); }
@@ -117,7 +117,7 @@ class Vehicle::Impl {
     return f;
   }
 
-  /// Once per vehicle: a sensor that is broken is so 200 times a second.
+  /// Reported once per vehicle: a broken sensor fails 200 times a second.
   [[nodiscard]] Finding broken(const ImuSample& sample) const {
     Finding f;
     f.id = "vehicle.broken_imu";
@@ -127,7 +127,7 @@ class Vehicle::Impl {
     return f;
   }
 
-  /// Once: the next number is that of the first keyframe after a restart.
+  /// Reported once: the next number is that of the first keyframe after a restart.
   [[nodiscard]] Finding no_more_keyframes(Time t) const {
     Finding f;
     f.id = "vehicle.keyframes_full";
@@ -160,8 +160,8 @@ class Vehicle::Impl {
   }
 
   void run(const LidarScan& scan, Executor& executor, OutputList& out) {
-    if (paper_ranges_) paper_ranges_->before_sweep(scan.t_end, out);
-    RangeEffect effect = ranges_.run(scan.t_end, odometry_->side_filter(),
+    if (paper_ranges_) paper_ranges_->before_scan(scan.t_end, out);
+    RangeEffect effect = ranges_.run(scan.t_end, odometry_->augmented_filter(),
                                      odometry_->gravity_odom(), first_pose_, out);
     const std::shared_ptr<const LidarScan> masked = without_peers_in(scan);
     const LidarScan& seen = masked ? *masked : scan;
@@ -170,7 +170,7 @@ class Vehicle::Impl {
     report(std::move(findings), out);
     noise_.add(result.measured_noise);
     if (result.state == odometry::TrackState::kWaiting) return;
-    if (paper_ranges_) effect = paper_ranges_->after_sweep(result, out);
+    if (paper_ranges_) effect = paper_ranges_->after_scan(result, out);
     PoseEstimate pose = pose_of(self_, result);
     pose.seeks_gravity = settings_.has_imu && !result.inertial;
     if (result.inertial) {
@@ -183,34 +183,35 @@ class Vehicle::Impl {
     if (!first_pose_) first_pose_ = result.T_odom_body;
     pose.degeneracy = degeneracy_of(result, settings_.odometry, odometry_->gravity_odom(), axes_);
     pose.degeneracy.paper = paper_.degree(seen, result, odometry_->gravity_odom());
-    // The first scan of a map has nothing to be compared with: that is not blindness.
+    // The first scan of a map has nothing to be compared with: that is no degeneracy.
     const bool compared = result.matches > 0 || result.state == odometry::TrackState::kPredicted;
     if (compared) {
       categories_.apply(pose.degeneracy);
     } else {
-      pose.degeneracy.sigma_blind_m = std::numeric_limits<double>::infinity();
+      pose.degeneracy.sigma_degenerate_m = std::numeric_limits<double>::infinity();
     }
-    watch_way(result.t, compared && pose.degeneracy.blind);
+    watch_path(result.t, compared && pose.degeneracy.degenerate);
     out.emplace_back(pose);
     std::optional<KeyframeId> keyframe;
     if (result.keyframe && keyframes_ == fleet::kKeyframesPerEpoch) {
-      if (!std::exchange(keyframes_full_told_, true)) out.emplace_back(no_more_keyframes(result.t));
+      if (!std::exchange(keyframes_full_reported_, true))
+        out.emplace_back(no_more_keyframes(result.t));
     } else if (result.keyframe) {
       keyframe = KeyframeId{self_, first_keyframe_ + keyframes_++};
       out.emplace_back(KeyframeAdded{*keyframe, result.keyframe});
     }
-    record(result, keyframe, pose.degeneracy.blind, out);
+    record(result, keyframe, pose.degeneracy.degenerate, out);
     out.emplace_back(status_of(result));
   }
 
-  /// Preset `paper` has no filter that knows the pose between sweeps: ranges are placed on the way
+  /// Preset `paper` has no filter that gives poses between scans: those of ranges are interpolated
   /// from one to the next.
-  std::vector<fleet::RangeEntry> heard_until(const odometry::ScanResult& result) {
+  std::vector<fleet::RangeEntry> received_until(const odometry::ScanResult& result) {
     std::vector<fleet::RangeEntry> entries;
-    while (!heard_.empty() && heard_.front().t <= result.t) {
-      const sensor::RangeSample& r = heard_.front();
+    while (!received_.empty() && received_.front().t <= result.t) {
+      const sensor::RangeSample& r = received_.front();
       if (last_ && r.t > last_->t) {
-        const double share = (r.t - last_->t).s() / (result.t - last_->t).s();
+        const double fraction = (r.t - last_->t).s() / (result.t - last_->t).s();
         fleet::RangeEntry entry{
             r.t,
             r.from,
@@ -219,17 +220,17 @@ class Vehicle::Impl {
             r.to_antenna,
             r.range_m,
             ranging::sigma_of(r.range_m, settings_.ranging.limits, r.sigma_m),
-            geometry::interpolate(last_->T_odom_body, result.T_odom_body, share),
+            geometry::interpolate(last_->T_odom_body, result.T_odom_body, fraction),
             result.at_rest};
         entries.push_back(entry);
       }
-      heard_.pop_front();
+      received_.pop_front();
     }
     last_ = PathEnd{result.t, result.T_odom_body};
     return entries;
   }
 
-  /// What the others are told after each sweep.
+  /// The status that is broadcast after each scan.
   [[nodiscard]] PeerStatus status_of(const odometry::ScanResult& result) const {
     PeerStatus status{self_, result.t, result.at_rest, std::nullopt};
     const bool known = result.inertial && result.state != odometry::TrackState::kDiverged;
@@ -239,7 +240,7 @@ class Vehicle::Impl {
     const geometry::Mat3 P = result.covariance.bottomRightCorner<3, 3>();
     status.pose = {T_start_odom * result.T_odom_body,
                    T_start_odom.R * P * T_start_odom.R.transpose()};
-    const odometry::SideFilter* filter = odometry_->side_filter();
+    const odometry::AugmentedFilter* filter = odometry_->augmented_filter();
     if (result.at_rest && filter != nullptr) {
       status.pose->walls = ranges_.walls(*filter, result.T_odom_body);
       if (auto& walls = status.pose->walls) walls->axis = T_start_odom.R * walls->axis;
@@ -253,42 +254,43 @@ class Vehicle::Impl {
   }
 
   void record(const odometry::ScanResult& result, const std::optional<KeyframeId>& keyframe,
-              bool blind, OutputList& out) {
-    // A new map begins where the old one was lost: the graph does not reach across.
+              bool degenerate, OutputList& out) {
+    // A new map starts where the old one was lost: the graph has no factor across.
     if (result.state == odometry::TrackState::kDiverged) {
       path_.cut();
       return;
     }
     const std::optional<PathNode> node =
-        path_.add(result, keyframe, blind, odometry_->gravity_odom());
+        path_.add(result, keyframe, degenerate, odometry_->gravity_odom());
     facts_.add(result.t, node, result.keyframe.get(),
-               paper_ranges_ ? heard_until(result) : ranges_.entries(), out);
+               paper_ranges_ ? received_until(result) : ranges_.entries(), out);
   }
 
-  /// One sweep that sees no way is nothing: only several in a row make the way a blind one.
-  void watch_way(Time t, bool blind) {
-    if (!blind) return blind_since_.reset();
-    if (!blind_since_) blind_since_ = t;
-    if ((t - *blind_since_).s() >= settings_.peer_mask.shell_after_s) t_blind_ = t;
+  /// One degenerate scan is ignored: only several in a row count as a degenerate stretch.
+  void watch_path(Time t, bool degenerate) {
+    if (!degenerate) return degenerate_since_.reset();
+    if (!degenerate_since_) degenerate_since_ = t;
+    if ((t - *degenerate_since_).s() >= settings_.peer_mask.shell_after_s) t_degenerate_ = t;
   }
 
-  /// The sweep without the peers in it; null if none is in view or its place is not known.
+  /// The scan without the points on peers; null if none is left out.
   std::shared_ptr<const LidarScan> without_peers_in(const LidarScan& scan) {
-    odometry::SideFilter* filter = odometry_->side_filter();
+    odometry::AugmentedFilter* filter = odometry_->augmented_filter();
     if (!settings_.peer_mask.use || filter == nullptr) return nullptr;
     const PeerMaskSettings& mask = settings_.peer_mask;
-    const std::vector<KnownPlace> places = ranges_.places(*filter, scan.t_end, mask.sigma_max_m);
-    // A column that takes its own vehicles for what stands still holds on to itself. Where the
-    // LiDAR sees its way the ring of walls at their distance is worth more than they can spoil.
-    std::vector<HeardPeer> heard;
-    if (t_blind_ && (scan.t_end - *t_blind_).s() < mask.shell_hold_s) {
-      heard = ranges_.unplaced(*filter, scan.t_end, mask.sigma_max_m);
+    const std::vector<KnownLandmark> places = ranges_.places(*filter, scan.t_end, mask.sigma_max_m);
+    // A column that takes its own vehicles for static objects estimates no motion. Where the LiDAR
+    // is not degenerate, the ring of walls at their range is worth more than their points can
+    // spoil.
+    std::vector<ReceivedPeer> received;
+    if (t_degenerate_ && (scan.t_end - *t_degenerate_).s() < mask.shell_hold_s) {
+      received = ranges_.unplaced(*filter, scan.t_end, mask.sigma_max_m);
     }
-    if (places.empty() && heard.empty()) return nullptr;
+    if (places.empty() && received.empty()) return nullptr;
     const std::optional<odometry::Moment> now = filter->advance_to(scan.t_end);
     if (!now) return nullptr;
     const geometry::SE3& T_body_lidar = settings_.calibration.T_body_lidar;
-    return without_peers(scan, now->T_odom_body * T_body_lidar, T_body_lidar, places, heard,
+    return without_peers(scan, now->T_odom_body * T_body_lidar, T_body_lidar, places, received,
                          -odometry_->gravity_odom().normalized(), mask);
   }
 
@@ -298,20 +300,20 @@ class Vehicle::Impl {
   std::unique_ptr<odometry::Odometry> odometry_;
   PaperDetector paper_;
   RangeStage ranges_;
-  std::unique_ptr<PaperRangeStage> paper_ranges_;  ///< instead of it in preset `paper`
+  std::unique_ptr<PaperRangeStage> paper_ranges_;  ///< replaces it in preset `paper`
   PathRecorder path_;
   FactWriter facts_;
   std::optional<geometry::SE3> first_pose_;
-  std::optional<Time> blind_since_;  ///< the first of the sweeps in a row that saw no way
-  std::optional<Time> t_blind_;      ///< the last one, if there were more than a few
+  std::optional<Time> degenerate_since_;  ///< the first of the degenerate scans in a row
+  std::optional<Time> t_degenerate_;      ///< the last one, if they lasted long enough
 
   struct PathEnd {
     Time t;
     geometry::SE3 T_odom_body;
   };
 
-  std::optional<PathEnd> last_;            ///< of preset `paper`
-  std::deque<sensor::RangeSample> heard_;  ///< since then, by time
+  std::optional<PathEnd> last_;               ///< of preset `paper`
+  std::deque<sensor::RangeSample> received_;  ///< since then, by time
   OdomFrame odom_;
   NoiseTally noise_;
   degeneracy::CategoryFilter categories_;
@@ -320,8 +322,8 @@ class Vehicle::Impl {
   Time t_imu_ = Time{std::numeric_limits<std::int64_t>::min()};
   Time t_scan_ = Time{std::numeric_limits<std::int64_t>::min()};
   std::uint32_t keyframes_ = 0;  ///< of this epoch
-  bool keyframes_full_told_ = false;
-  bool broken_imu_told_ = false;
+  bool keyframes_full_reported_ = false;
+  bool broken_imu_reported_ = false;
 };
 
 Vehicle::Vehicle(VehicleId self, const VehicleSettings& settings)

@@ -11,7 +11,7 @@
 
 namespace rali::vehicle {
 
-/// How much later than its stamp a range was measured, as the filter has it from the motion.
+/// Delay of a range's measurement after its stamp, as estimated by the filter from the motion.
 struct RangeStampOffset {
   double value_s = 0.0;
   double sigma_s = 0.0;
@@ -33,10 +33,10 @@ class Vehicle {
   /// Empty before the filter has used a range, and in preset `paper`.
   [[nodiscard]] std::optional<RangeStampOffset> range_stamp_offset() const;
 
-  /// Of the inertial data while driving, over the whole drive; empty in preset `paper`.
+  /// Noise of the inertial data while driving, over the whole drive; empty in preset `paper`.
   [[nodiscard]] imu::MeasuredNoise measured_noise() const;
 
-  /// Hash of the whole state: finds the first event at which two runs part.
+  /// Hash of the whole state: locates the first event at which two runs diverge.
   [[nodiscard]] std::uint64_t state_hash() const;
 
  private:

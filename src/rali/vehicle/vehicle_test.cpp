@@ -135,7 +135,7 @@ TEST(Vehicle, goes_on_without_inertial_data_that_do_not_come) {
   TestRoom room = small_room();
   Driver d(0, settings_of(room, true));
   for (int k = 0; k < 5; ++k) d.feed(freeze(room.scan(0.1 * k)));
-  // 0.2 s of patience: the last two are still waiting.
+  // Scans wait for 0.2 s: the last two are still waiting.
   EXPECT_EQ(d.poses(), 3U);
   d.feed(EndOfData{});
   EXPECT_EQ(d.poses(), 5U);
@@ -156,7 +156,7 @@ TEST(Vehicle, survives_empty_and_tiny_scans_with_finite_poses) {
   Driver d(0, settings_of(room, false));
   const auto broken = [](double t_s, int points) {
     auto scan = std::make_shared<LidarScan>();
-    scan->t_begin = Time::from_s(t_s);
+    scan->t_start = Time::from_s(t_s);
     scan->t_end = Time::from_s(t_s + 0.099);
     for (int k = 0; k < points; ++k) {
       scan->push_back(1.0F + 0.1F * static_cast<float>(k), 2.0F, 0.0F, 0.0F, 0.0F, 0);
@@ -175,11 +175,11 @@ TEST(Vehicle, survives_empty_and_tiny_scans_with_finite_poses) {
   EXPECT_EQ(poses.size(), 11U);
   for (const PoseEstimate& p : poses) EXPECT_TRUE(finite(p));
   EXPECT_EQ(poses.back().quality, PoseQuality::kPredicted);
-  EXPECT_TRUE(poses.back().degeneracy.blind);
+  EXPECT_TRUE(poses.back().degeneracy.degenerate);
 }
 
-/// State after sweeps in which a vehicle that nobody knows the place of is heard, 3 m away.
-std::uint64_t after_hearing(TestRoom room, double shell_m, int sweeps = 30, double hold_s = 10.0) {
+/// State after scans with ranges of 3 m to a vehicle of unknown position.
+std::uint64_t after_hearing(TestRoom room, double shell_m, int scans = 30, double hold_s = 10.0) {
   VehicleSettings settings = settings_of(room, true);
   settings.peer_mask.shell_m = shell_m;
   settings.peer_mask.shell_hold_s = hold_s;
@@ -189,7 +189,7 @@ std::uint64_t after_hearing(TestRoom room, double shell_m, int sweeps = 30, doub
   settings.antennas_body_m = {geometry::Vec3::Zero()};
   settings.peers.push_back(peer);
   Driver d(0, settings);
-  for (int k = 0; k < sweeps; ++k) {
+  for (int k = 0; k < scans; ++k) {
     sensor::RangeSample range;
     range.t = Time::from_s(0.1 * k + 0.05);
     range.from = VehicleId{0};
@@ -202,7 +202,8 @@ std::uint64_t after_hearing(TestRoom room, double shell_m, int sweeps = 30, doub
   return d.vehicle.state_hash();
 }
 
-// A column in a tunnel holds on to itself; in a room the walls at that distance are worth more.
+// In a tunnel, a column takes itself for static objects; in a room walls at that range are worth
+// more.
 TEST(Vehicle, leaves_out_what_is_as_far_as_a_peer_only_where_its_way_is_blind) {
   const TestRoom room;
   EXPECT_EQ(after_hearing(room, 1.0), after_hearing(room, 0.0));
@@ -215,7 +216,7 @@ TEST(Vehicle, leaves_out_what_is_as_far_as_a_peer_only_where_its_way_is_blind) {
   EXPECT_EQ(after_hearing(tunnel, 1.0, 30, 0.0), after_hearing(tunnel, 0.0)) << "not held";
 }
 
-// By these the others know how far aside of them it stands.
+// The other vehicles compute their lateral offset from these.
 TEST(Vehicle, tells_of_the_walls_beside_it_where_it_stands_in_a_passage) {
   const auto walls = [](TestRoom room) {
     VehicleSettings settings = settings_of(room, true);
@@ -226,10 +227,10 @@ TEST(Vehicle, tells_of_the_walls_beside_it_where_it_stands_in_a_passage) {
       d.feed(freeze(room.scan(0.1 * k)));
       d.feed_imu(room, 0.1 * k, 0.1 * (k + 1));
     }
-    const std::vector<PeerStatus> told = all_of<PeerStatus>(d.out);
-    EXPECT_TRUE(told.back().at_rest);
-    EXPECT_TRUE(told.back().pose);
-    return told.back().pose ? told.back().pose->walls : std::nullopt;
+    const std::vector<PeerStatus> reported = all_of<PeerStatus>(d.out);
+    EXPECT_TRUE(reported.back().at_rest);
+    EXPECT_TRUE(reported.back().pose);
+    return reported.back().pose ? reported.back().pose->walls : std::nullopt;
   };
   TestRoom tunnel;
   tunnel.walls = {{-500.0, -1.5, -1.0}, {500.0, 3.0, 2.6}};
@@ -267,9 +268,10 @@ TEST(Vehicle, one_broken_inertial_sample_does_not_spoil_the_poses) {
     EXPECT_GE(poses.size(), 19U);
     for (const PoseEstimate& p : poses) EXPECT_TRUE(finite(p)) << bad;
     EXPECT_LT((poses.back().T_odom_body.p - room.pose(2.0).p).norm(), 0.1) << bad;
-    bool said = false;
-    for (const Finding& f : all_of<Finding>(d.out)) said = said || f.id == "vehicle.broken_imu";
-    EXPECT_TRUE(said) << "a sample that was refused must be told";
+    bool reported = false;
+    for (const Finding& f : all_of<Finding>(d.out))
+      reported = reported || f.id == "vehicle.broken_imu";
+    EXPECT_TRUE(reported) << "a sample that was refused must be told";
   }
 }
 

@@ -15,7 +15,7 @@ namespace {
 using asio::ip::tcp;
 
 constexpr std::size_t kTokenBytesMin = 16;
-constexpr std::chrono::milliseconds kFarewell{300};  ///< given to viewers when the server stops
+constexpr std::chrono::milliseconds kFarewell{300};  ///< for closing viewers when the server stops
 
 class BeastServer final : public ViewServer {
  public:
@@ -26,7 +26,7 @@ class BeastServer final : public ViewServer {
     if (!thread_.joinable()) return;
     asio::post(io_, [this] { stop(); });
     thread_.join();
-    stopping_ = false;  // what is left goes with `io_` and need not stop it again
+    stopping_ = false;  // the rest is destroyed with `io_` and need not stop it again
   }
 
   BeastServer(const BeastServer&) = delete;
@@ -81,7 +81,7 @@ class BeastServer final : public ViewServer {
   }
 
  private:
-  /// Asks the server's thread to look, once until it has looked.
+  /// Asks the server's thread to check for input, once until it has checked.
   void wake() {
     {
       const std::lock_guard lock(exchange_.mutex);
@@ -95,7 +95,7 @@ class BeastServer final : public ViewServer {
   void take(tcp::socket socket);
   void stop();
 
-  // In this order: connections that go with `io_` count themselves in `hub_`.
+  // This order: connections destroyed with `io_` decrement a counter in `hub_`.
   mutable Exchange exchange_;
   Hub hub_;
   bool stopping_ = false;
@@ -128,14 +128,14 @@ Status BeastServer::listen(const tcp::endpoint& endpoint) {
                 "Is it an address of this machine? 'ip address' lists them.");
   }
   port_ = acceptor_.local_endpoint().port();
-  // A session is a name for one run of the server: viewers see by it that it was restarted.
+  // A session identifies one run of the server: viewers detect a restart by it.
   session_ = fmt::format("{:x}", std::chrono::system_clock::now().time_since_epoch().count());
   accept();
   thread_ = std::thread([this] { run(); });
   return {};
 }
 
-/// A handler that throws (no memory) loses its connection, not the server.
+/// A handler that throws (no memory) closes its connection, not the server.
 void BeastServer::run() {
   while (true) {
     try {

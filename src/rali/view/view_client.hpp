@@ -8,7 +8,7 @@
 
 namespace rali::view {
 
-/// Where a view is served.
+/// Address of a view.
 struct ViewAddress {
   std::string host = "127.0.0.1";
   std::uint16_t port = 8765;
@@ -26,8 +26,8 @@ struct ViewReply {
   std::string body;
 };
 
-/// Asks by GET, or by POST if `body` is not empty (JSON). Waits 5 s at most. Any status is a reply.
-/// Errors: kMachine (nobody answers; what to do).
+/// Sends GET, or POST if `body` is not empty (JSON). Waits 5 s at most. Any status is a reply.
+/// Errors: kMachine (no reply; with a remedy).
 [[nodiscard]] Result<ViewReply> ask_view(const ViewAddress& address, const std::string& target,
                                          const std::string& body = {});
 

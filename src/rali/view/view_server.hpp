@@ -16,8 +16,9 @@ namespace rali::view {
 struct ViewOptions {
   std::string bind = "127.0.0.1";
   std::uint16_t port = 8765;           ///< 0: any free one
-  std::string token;                   ///< required of who asks if `bind` is not loopback
-  std::size_t queue_bytes = 4u << 20;  ///< per viewer; beyond it the newest of each channel stays
+  std::string token;                   ///< required of clients if `bind` is not loopback
+  std::size_t queue_bytes = 4u << 20;  ///< per viewer; beyond it only the newest of each channel is
+                                       ///< kept
 };
 
 /// A channel of the Foxglove WebSocket protocol. The page uses the one named "/rali/state" (JSON).
@@ -27,7 +28,7 @@ struct ViewChannel {
   std::string schema_name;      ///< "nav_msgs/msg/Odometry"
   std::string schema_encoding;  ///< "ros2msg" or "jsonschema"
   std::string schema;
-  bool keep_last = false;  ///< sent at once to who subscribes later
+  bool keep_last = false;  ///< sent at once to late subscribers
 };
 
 /// An order of `rali operator`, authenticated by the token or from loopback.
@@ -37,7 +38,7 @@ struct OperatorRequest {
 };
 
 /// One port for the live page, the Foxglove WebSocket, /healthz, /metrics and /operator. It has its
-/// own thread; no call waits for a viewer. Calls from any one thread.
+/// own thread; no call waits for a viewer. Calls from one thread at a time.
 class ViewServer {
  public:
   virtual ~ViewServer() = default;
@@ -48,19 +49,19 @@ class ViewServer {
   [[nodiscard]] virtual int add_channel(const ViewChannel& channel) = 0;
   virtual void publish(int channel, Time t, std::span<const std::uint8_t> bytes) = 0;
 
-  /// Answer of /healthz: 200 if healthy, 503 otherwise.
+  /// Sets the answer of /healthz: 200 if healthy, 503 otherwise.
   virtual void set_health(bool healthy, std::string json) = 0;
 
-  /// Answer of /metrics, Prometheus text.
+  /// Sets the answer of /metrics, Prometheus text.
   virtual void set_metrics(std::string text) = 0;
 
-  /// Orders that have come since the last call.
+  /// Orders received since the last call.
   [[nodiscard]] virtual std::vector<OperatorRequest> take_requests() = 0;
 
   [[nodiscard]] virtual int viewers() const = 0;
 };
 
-/// Errors: kMachine (port in use: named, with what to do), kInput (no token beyond loopback)
+/// Errors: kMachine (port in use: named, with a remedy), kInput (no token beyond loopback)
 [[nodiscard]] Result<std::unique_ptr<ViewServer>> start_view_server(const ViewOptions& options);
 
 }  // namespace rali::view

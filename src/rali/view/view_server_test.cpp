@@ -89,7 +89,7 @@ Reply ask(const ViewServer& server, http::verb method, const std::string& target
   return {parser.get().result_int(), parser.get().body(), parser.get()};
 }
 
-/// All that a connection answers to raw bytes until it is closed.
+/// The full reply of a connection to raw bytes until it is closed.
 std::string answer_to(const ViewServer& server, const std::string& bytes) {
   asio::io_context io;
   tcp::socket socket = connected(io, server);
@@ -165,7 +165,7 @@ TEST(ViewServer, speaks_both_names_of_the_protocol_and_sends_what_is_subscribed)
     EXPECT_NE(viewer.read().find("\"serverInfo\""), std::string::npos);
     EXPECT_NE(viewer.read().find("\"topic\":\"/a\""), std::string::npos);
     viewer.subscribe(300, a);
-    viewer.send("nonsense");  // its complaint shows that the subscription has been read
+    viewer.send("nonsense");  // its error reply shows that the subscription has been read
     EXPECT_NE(viewer.read().find("\"status\""), std::string::npos);
     server->publish(a, Time{0x0102}, bytes_of("hello"));
     const std::string frame = viewer.read();
@@ -214,7 +214,7 @@ TEST(ViewServer, a_viewer_that_does_not_read_delays_nobody_and_loses_frames) {
   constexpr int kFrames = 200;
   std::vector<std::uint8_t> frame(200'000);
   double longest_s = 0.0;
-  for (int i = 1; i <= kFrames; ++i) {  // 40 MB, far beyond what sockets and queue hold
+  for (int i = 1; i <= kFrames; ++i) {  // 40 MB, far beyond the capacity of sockets and queue
     frame[0] = static_cast<std::uint8_t>(i);
     const auto before = Clock::now();
     server->publish(a, Time{i}, frame);
@@ -274,7 +274,7 @@ TEST(ViewServer, beyond_loopback_a_good_token_is_a_must) {
 }
 
 TEST(ViewServer, another_machine_without_the_token_sees_nothing) {
-  // Another address of this machine stands for another machine, where there is one.
+  // Another address of this machine, if there is one, represents another machine.
   asio::io_context io;
   asio::ip::udp::socket probe(io, asio::ip::udp::v4());
   beast::error_code error;
@@ -354,7 +354,7 @@ TEST(ViewServer, serves_a_hundred_connections_of_which_64_are_viewers) {
   for (int i = 0; i < 100; ++i) {
     try {
       viewers.emplace_back(*server);
-      (void)viewers.back().read();  // the server counts it now
+      (void)viewers.back().read();  // the server counts it from here
     } catch (const beast::system_error&) {
       ++refused;
     }

@@ -56,7 +56,7 @@ void ByteReader::align(std::size_t size) {
   if (fault_ != nullptr) return;
   const std::size_t step = std::min(size, align_max_);
   const std::size_t past = (at_ - origin_) % step;
-  // Padding at the very end may be missing: then the next field is refused, not the padding.
+  // Padding at the very end may be missing: then only a following field is an error.
   if (past != 0) at_ = std::min(at_ + step - past, message_.size());
 }
 

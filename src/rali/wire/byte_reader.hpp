@@ -38,14 +38,14 @@ template <class T>
   return value;
 }
 
-/// Reads one serialised message field by field, for both worlds:
+/// Reads one serialised message field by field, of ROS 1 or ROS 2:
 ///
 ///   ROS 1   little endian, packed, strings without NUL
 ///   CDR     4 bytes of encapsulation header (byte order, XCDR1 or XCDR2), then fields aligned to
 ///           their size (at most 4 in XCDR2) counted from after the header, strings with NUL
 ///
-/// Reading past the end yields zeros and makes ok() false for good, so a decoder reads straight
-/// through and asks once. No length taken from the bytes leads to an allocation larger than the
+/// Reading past the end yields zeros and makes ok() false permanently, so a decoder reads straight
+/// through and checks once. No length read from the bytes leads to an allocation larger than the
 /// message. Source: ROS wiki "msg"; OMG DDSI-RTPS 10.2, DDS-XTYPES 7.4.
 class ByteReader {
  public:
@@ -84,10 +84,10 @@ class ByteReader {
   [[nodiscard]] std::string string();
 
   /// Length of a sequence whose elements take at least `element_bytes` (> 0); 0 and not ok() if
-  /// so many cannot follow.
+  /// fewer bytes remain.
   [[nodiscard]] std::uint32_t sequence(std::size_t element_bytes);
 
-  /// The next `bytes` bytes where they lie.
+  /// The next `bytes` bytes, not copied.
   [[nodiscard]] std::span<const std::byte> bytes(std::size_t bytes);
 
   /// ROS 1: uint32 s, uint32 ns; ROS 2: int32 s, uint32 ns.

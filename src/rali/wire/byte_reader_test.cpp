@@ -55,7 +55,7 @@ TEST(ByteReader, stays_failed_after_reading_past_the_end) {
   ByteReader in(message, Encoding::kRos1);
   EXPECT_EQ(in.get<std::uint32_t>(), 0U);
   EXPECT_FALSE(in.ok());
-  EXPECT_EQ(in.get<std::uint8_t>(), 0);  // would fit, but the reader has lost its place
+  EXPECT_EQ(in.get<std::uint8_t>(), 0);  // would fit, but the reader has already failed
   EXPECT_EQ(in.error("Imu").where, "byte 0");
   EXPECT_NE(in.error("Imu").what.find("Imu message of 3 bytes"), std::string::npos);
 }

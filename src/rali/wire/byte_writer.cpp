@@ -26,7 +26,7 @@ void ByteWriter::string(std::string_view text) {
 }
 
 void ByteWriter::time(Time t) {
-  // Floor, so that the nanoseconds stay in [0, 1e9) for times before 1970 too.
+  // Rounds down, so that the nanoseconds stay in [0, 1e9) for times before 1970 too.
   constexpr std::int64_t kSecond = 1'000'000'000;
   std::int64_t seconds = t.ns / kSecond;
   std::int64_t rest = t.ns % kSecond;

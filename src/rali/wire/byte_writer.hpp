@@ -18,8 +18,8 @@ namespace rali::wire {
 /// Bytes of one message.
 using Bytes = std::vector<std::byte>;
 
-/// Writes one message field by field; the counterpart of ByteReader. CDR is XCDR1, in the byte
-/// order asked for (big endian is for tests: ROS 2 writes little endian).
+/// Writes one message field by field; the counterpart of ByteReader. CDR is XCDR1, in the given
+/// byte order (big endian is for tests: ROS 2 writes little endian).
 class ByteWriter {
  public:
   explicit ByteWriter(Encoding encoding, bool big_endian = false);

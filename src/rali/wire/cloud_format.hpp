@@ -36,7 +36,7 @@ struct CloudField {
   std::uint32_t count = 1;
 };
 
-/// A parsed PointCloud2 (or Livox CustomMsg, or a PCD/PLY/KITTI file brought to the same shape).
+/// A parsed PointCloud2 (or Livox CustomMsg, or a PCD/PLY/KITTI file converted to the same form).
 /// `data` points into the message.
 struct CloudView {
   Time stamp;
@@ -63,18 +63,19 @@ inline constexpr ChoiceNames<9> kPointTimeNames{"auto",        "absolute_s",  "a
                                                 "relative_s",  "relative_ms", "relative_us",
                                                 "relative_ns", "azimuth",     "none"};
 
-/// Which end of the sweep the header stamp names (with relative times).
+/// Which end of the scan the header stamp refers to (with relative times).
 enum class HeaderStamp { kAuto, kStart, kEnd };
 inline constexpr ChoiceNames<3> kHeaderStampNames{"auto", "start", "end"};
 
-/// Where the laser's index of a point comes from.
+/// Source of a point's laser index.
 enum class RingFrom { kNone, kField, kElevation, kRow, kColumn };
 
-/// What to do with a second return of the same laser pulse: one of the two, both, the one with the
-/// larger intensity, the farther one.
+/// Treatment of a second return of the same laser pulse: keep one of the two, both, the one with
+/// the larger intensity, or the farther one.
 enum class Returns { kOne, kAll, kStrongest, kLast };
 
-/// What the user fixed; the rest is found from the data (product.md section 3, vehicles.*.lidar).
+/// Options set by the user; the rest is derived from the data (product.md section 3,
+/// vehicles.*.lidar).
 struct CloudFormatOptions {
   std::string model = "auto";
   PointTime point_time = PointTime::kAuto;
@@ -82,7 +83,7 @@ struct CloudFormatOptions {
   bool deskewed = false;
   std::array<double, 2> range_m = {0.4, 100.0};
   std::optional<std::array<double, 6>> self_box_lidar_m;  ///< xmin,xmax,ymin,ymax,zmin,zmax
-  double sweep_period_s = 0.1;  ///< for azimuth time, when no model or stamps tell
+  double scan_period_s = 0.1;  ///< for azimuth time, if neither model nor stamps give it
   Returns returns = Returns::kOne;
 };
 
@@ -97,32 +98,32 @@ struct CloudFormat {
   std::uint16_t rings = 0;
   std::string model;              ///< name in sensor/lidar_models or "generic"
   bool azimuth_clockwise = true;  ///< seen from above, for azimuth time
-  double sweep_period_s = 0.1;
+  double scan_period_s = 0.1;
   double time_shift_s = 0.0;      ///< added to relative times: a header stamp the user fixed
   bool anchor_to_header = false;  ///< absolute times run on another clock: first point = header
-  double span_s = 0.0;            ///< of the point times of one sweep, as found
-  double azimuth_start_rad = 3.14159265358979323846;  ///< where azimuth time begins: the rear
+  double span_s = 0.0;            ///< of the point times of one scan, as measured
+  double azimuth_start_rad = 3.14159265358979323846;  ///< where azimuth time starts: the rear
   RingFrom ring_from = RingFrom::kNone;
   int return_type = -1;               ///< index in fields, -1 = none
   std::uint32_t returns_dropped = 0;  ///< bit v set: points with return_type v are left out
-  std::string summary;                ///< one line for people: what was decided and why
+  std::string summary;                ///< one line for people: the decisions and their reasons
   FindingList findings;
 };
 
-/// Decides how to read the clouds of one topic from its first few (1 to 10) clouds, by the values
-/// in them: a field named 't' may hold anything. What is odd becomes a Finding D02 (point times),
-/// D03 (header stamp), D05 (points without values) or D06 (rings). With several clouds the
-/// distance of their stamps gives the sweep period.
+/// Decides how to read the clouds of one topic from its first 1 to 10 clouds, by their values,
+/// because a field named 't' may hold anything. Anomalies become a Finding D02 (point times), D03
+/// (header stamp), D05 (points without values) or D06 (rings). With several clouds the interval of
+/// their stamps gives the scan period.
 ///
-/// Errors (kInput): no cloud, no x y z, a layout that contradicts itself, a time field asked for by
-/// the options that does not exist. Empty clouds are passed over; if all are empty, kNoAnswer.
+/// Errors (kInput): no cloud, no x y z, a layout that contradicts itself, a time field set in the
+/// options that does not exist. Empty clouds are skipped; if all are empty, kNoAnswer.
 [[nodiscard]] Result<CloudFormat> decide_cloud_format(std::span<const CloudView> clouds,
                                                       const CloudFormatOptions& options);
 
-/// Points of one cloud as a scan in the LiDAR frame. Points that are not a number, at zero, out of
-/// range, within the self box or with a time more than 1.5 sweep periods away from the others are
-/// dropped and counted. `out` is overwritten; its memory is reused. Fields are looked up by the
-/// index in `format`: a cloud whose field list changed is an Error (kInput), decide again.
+/// Converts one cloud to a scan in the LiDAR frame. Points that are not finite, at zero, out of
+/// range, within the self box or with a time more than 1.5 scan periods from the others are dropped
+/// and counted. `out` is overwritten; its memory is reused. Fields are read by the index in
+/// `format`: a cloud whose field list changed is an Error (kInput), decide again.
 [[nodiscard]] Status decode_cloud(const CloudView& cloud, const CloudFormat& format,
                                   const CloudFormatOptions& options, sensor::LidarScan& out);
 

@@ -9,7 +9,8 @@
 #include "rali/wire/encode.hpp"
 #include "rali/wire/internal/test_clouds.hpp"
 
-// One test per row of users.md section 3 and per trap met there: the decision, then the points.
+// One test per row of users.md section 3 and per pitfall there: first the decision, then the
+// points.
 namespace rali::wire {
 namespace {
 
@@ -18,7 +19,7 @@ using internal::has_finding;
 using internal::kStart;
 using internal::three;
 using internal::views;
-using internal::vlp16_sweep;
+using internal::vlp16_scan;
 using sensor::LidarScan;
 
 TEST(CloudFormat, velodyne_rows_are_seconds_after_the_header) {
@@ -84,7 +85,7 @@ TEST(CloudFormat, livox_timestamps_are_absolute_nanoseconds_in_a_double) {
   LidarScan got;
   ASSERT_TRUE(decode_cloud(clouds[2].view, *format, {}, got).has_value());
   // steps of 256 ns
-  EXPECT_NEAR(seconds_between(clouds[2].view.stamp, got.t_begin), 0.0, 300e-9);
+  EXPECT_NEAR(seconds_between(clouds[2].view.stamp, got.t_start), 0.0, 300e-9);
   EXPECT_NEAR(static_cast<double>(got.dt_s.back()), 0.1 * 899.0 / 900.0, 1e-6);
 }
 
@@ -110,7 +111,7 @@ TEST(CloudFormat, livox_custom_messages_of_both_worlds_give_the_same_scan) {
       LidarScan scan;
       ASSERT_TRUE(decode_cloud(*cloud, *format, {}, scan).has_value());
       ASSERT_EQ(scan.size(), 2000U);
-      EXPECT_EQ(scan.t_begin.ns, kStart.ns);
+      EXPECT_EQ(scan.t_start.ns, kStart.ns);
       EXPECT_FLOAT_EQ(scan.dt_s[1999], 0.09995F);
       EXPECT_EQ(scan.ring[7], 3);
       EXPECT_EQ(scan.rings, 4);
@@ -143,7 +144,7 @@ TEST(CloudFormat, clouds_farther_apart_than_a_turn_get_no_times) {
 
 TEST(CloudFormat, kitti_order_without_rings_is_timed_from_the_rear_clockwise) {
   // KITTI .bin: ring by ring, each from azimuth 0 upward, x y z intensity.
-  const LidarScan scan = vlp16_sweep(kStart);
+  const LidarScan scan = vlp16_scan(kStart);
   LidarScan sorted;
   for (std::uint16_t ring = 0; ring < 16; ++ring) {
     for (std::size_t i = scan.size(); i-- > 0;) {
@@ -197,7 +198,7 @@ TEST(CloudFormat, an_unknown_sensor_without_times_is_not_deskewed) {
   LidarScan got;
   ASSERT_TRUE(decode_cloud(cloud.view, *format, {}, got).has_value());
   EXPECT_FALSE(got.has_point_times);
-  EXPECT_EQ(got.t_begin, got.t_end);
+  EXPECT_EQ(got.t_start, got.t_end);
 }
 
 /// Rewrites field `time` (float32 @18 of the Velodyne layout) as another type and unit.
@@ -284,11 +285,11 @@ TEST(CloudFormat, a_fixed_header_stamp_moves_the_sweep) {
   LidarScan got;
   ASSERT_TRUE(decode_cloud(clouds[1].view, *format, options, got).has_value());
   EXPECT_NEAR(seconds_between(clouds[1].view.stamp, got.t_end), 0.0, 1e-6);
-  EXPECT_NEAR(seconds_between(clouds[1].view.stamp, got.t_begin), -0.0999, 1e-4);
+  EXPECT_NEAR(seconds_between(clouds[1].view.stamp, got.t_start), -0.0999, 1e-4);
 }
 
 TEST(CloudFormat, times_that_span_no_sweep_are_refused_with_their_number) {
-  const auto clouds = with_times<float>(FieldType::kFloat32, "time", 40.0);  // 4 s a sweep
+  const auto clouds = with_times<float>(FieldType::kFloat32, "time", 40.0);  // 4 s a scan
   const auto format = decide_cloud_format(views(clouds), {});
   ASSERT_TRUE(format.has_value());
   EXPECT_EQ(format->point_time, PointTime::kAzimuth);
@@ -297,7 +298,7 @@ TEST(CloudFormat, times_that_span_no_sweep_are_refused_with_their_number) {
 }
 
 TEST(CloudFormat, a_unit_set_by_hand_that_makes_sweeps_of_minutes_is_refused_with_the_span) {
-  const auto seconds = with_times<double>(FieldType::kFloat64, "time", 1e3);  // 100 s a sweep
+  const auto seconds = with_times<double>(FieldType::kFloat64, "time", 1e3);  // 100 s a scan
   const auto endless = with_times<double>(FieldType::kFloat64, "time", 1e300);
   CloudFormatOptions options;
   for (const PointTime set : {PointTime::kRelativeS, PointTime::kAbsoluteS}) {
@@ -356,7 +357,7 @@ TEST(CloudFormat, clouds_without_xyz_and_empty_ones_are_refused_with_different_c
   clouds[0].view.fields[2].name = "zz";
   EXPECT_EQ(decide_cloud_format(views(clouds), {}).error().code, ErrorCode::kInput);
   clouds = three(CloudStyle::kXyzi);
-  clouds[0].view.width = 0;  // passed over
+  clouds[0].view.width = 0;  // skipped
   EXPECT_TRUE(decide_cloud_format(views(clouds), {}).has_value());
 }
 
@@ -364,7 +365,7 @@ TEST(CloudFormat, clouds_without_xyz_and_empty_ones_are_refused_with_different_c
 std::vector<PackedCloud> scaled(float factor) {
   std::vector<PackedCloud> clouds;
   for (int i = 0; i < 3; ++i) {
-    LidarScan scan = vlp16_sweep(kStart + Duration::from_s(0.1 * i));
+    LidarScan scan = vlp16_scan(kStart + Duration::from_s(0.1 * i));
     for (std::vector<float>* v : {&scan.x_m, &scan.y_m, &scan.z_m}) {
       for (float& value : *v) value *= factor;
     }

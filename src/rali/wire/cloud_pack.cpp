@@ -75,14 +75,14 @@ void write_ouster(const LidarScan& scan, std::size_t i, double after_header_s, P
   out.at(32, static_cast<std::uint32_t>(std::min(range_m, 4.0e6) * 1e3));
 }
 
-void write_point(const LidarScan& scan, std::size_t i, CloudStyle style, Duration begin_to_header,
+void write_point(const LidarScan& scan, std::size_t i, CloudStyle style, Duration start_to_header,
                  PointWriter& out) {
   out.at(0, scan.x_m[i]);
   out.at(4, scan.y_m[i]);
   out.at(8, scan.z_m[i]);
   const auto dt_s = static_cast<double>(scan.dt_s[i]);
-  const double after_header_s = dt_s - begin_to_header.s();
-  const Time t = scan.t_begin + Duration::from_s(dt_s);
+  const double after_header_s = dt_s - start_to_header.s();
+  const Time t = scan.t_start + Duration::from_s(dt_s);
   switch (style) {
     case CloudStyle::kVelodyne:
       out.at(12, scan.intensity[i]);
@@ -119,7 +119,7 @@ PackedCloud pack_cloud(const LidarScan& scan, std::string frame_id, CloudStyle s
                        HeaderStamp header_stamp, bool big_endian) {
   const Style layout = style_of(style);
   PackedCloud cloud;
-  cloud.view.stamp = header_stamp == HeaderStamp::kEnd ? scan.t_end : scan.t_begin;
+  cloud.view.stamp = header_stamp == HeaderStamp::kEnd ? scan.t_end : scan.t_start;
   cloud.view.frame_id = std::move(frame_id);
   cloud.view.height = 1;
   cloud.view.width = static_cast<std::uint32_t>(scan.size());
@@ -128,10 +128,10 @@ PackedCloud pack_cloud(const LidarScan& scan, std::string frame_id, CloudStyle s
   cloud.view.big_endian = big_endian;
   cloud.view.fields = layout.fields;
   cloud.data.resize(scan.size() * layout.point_step);
-  const Duration begin_to_header = cloud.view.stamp - scan.t_begin;
+  const Duration start_to_header = cloud.view.stamp - scan.t_start;
   for (std::size_t i = 0; i < scan.size(); ++i) {
     PointWriter out(cloud.data.data() + i * layout.point_step, big_endian);
-    write_point(scan, i, style, begin_to_header, out);
+    write_point(scan, i, style, start_to_header, out);
   }
   cloud.view.data = cloud.data;
   return cloud;

@@ -24,8 +24,8 @@ struct PackedCloud {
   Bytes data;
 };
 
-/// A scan as a PointCloud2 of one row. Relative times count from `header_stamp`'s end of the sweep:
-/// with kEnd they are negative and the stamp is t_end, else the stamp is t_begin.
+/// A scan as a PointCloud2 of one row. Relative times count from the end of the scan given by
+/// `header_stamp`: with kEnd they are negative and the stamp is t_end, else the stamp is t_start.
 [[nodiscard]] PackedCloud pack_cloud(const sensor::LidarScan& scan, std::string frame_id,
                                      CloudStyle style,
                                      HeaderStamp header_stamp = HeaderStamp::kStart,

@@ -11,7 +11,7 @@ using internal::has_finding;
 using internal::kStart;
 using internal::three;
 using internal::views;
-using internal::vlp16_sweep;
+using internal::vlp16_scan;
 using sensor::LidarScan;
 
 TEST(CloudRings, rings_that_are_no_ring_numbers_are_found_from_the_elevation) {
@@ -33,7 +33,7 @@ TEST(CloudRings, rings_in_firing_order_are_reported_as_fine) {
   constexpr std::uint16_t kFiring[] = {0, 8, 1, 9, 2, 10, 3, 11, 4, 12, 5, 13, 6, 14, 7, 15};
   std::vector<PackedCloud> clouds;
   for (int i = 0; i < 2; ++i) {
-    LidarScan scan = vlp16_sweep(kStart + Duration::from_s(0.1 * i));
+    LidarScan scan = vlp16_scan(kStart + Duration::from_s(0.1 * i));
     for (auto& ring : scan.ring) ring = kFiring[ring];
     clouds.push_back(pack_cloud(scan, "", CloudStyle::kVelodyne));
   }
@@ -47,7 +47,7 @@ TEST(CloudRings, rings_in_firing_order_are_reported_as_fine) {
 TEST(CloudRings, every_model_with_rings_is_found_from_its_elevations) {
   for (const sensor::LidarModel& model : sensor::lidar_models()) {
     if (model.elevations_deg.empty()) continue;
-    const LidarScan scan = internal::room_sweep(model.elevations_deg, 300, kStart);
+    const LidarScan scan = internal::room_scan(model.elevations_deg, 300, kStart);
     const PackedCloud cloud = pack_cloud(scan, "", CloudStyle::kXyzi);
     const auto format = decide_cloud_format(std::span(&cloud.view, 1), {});
     ASSERT_TRUE(format.has_value());

@@ -33,18 +33,18 @@ void judge_points(const FirstClouds& first, CloudFormat& format) {
     all += cloud.valid.size();
     valid += cloud.valid_count;
   }
-  const double share = 1.0 - static_cast<double>(valid) / static_cast<double>(all);
-  constexpr double kShareToTell = 0.05, kShareToWarn = 0.9;
-  if (share < kShareToTell) return;
+  const double fraction = 1.0 - static_cast<double>(valid) / static_cast<double>(all);
+  constexpr double kFractionToReport = 0.05, kFractionToWarn = 0.9;
+  if (fraction < kFractionToReport) return;
   Finding finding = internal::cloud_finding(
-      "D05", share > kShareToWarn ? Severity::kWarning : Severity::kInfo,
-      fmt::format("{:.0f} % of the points are NaN or zero: removed", 100.0 * share), {}, {});
-  finding.value = share;
-  finding.limit = kShareToTell;
+      "D05", fraction > kFractionToWarn ? Severity::kWarning : Severity::kInfo,
+      fmt::format("{:.0f} % of the points are NaN or zero: removed", 100.0 * fraction), {}, {});
+  finding.value = fraction;
+  finding.limit = kFractionToReport;
   format.findings.push_back(std::move(finding));
 }
 
-std::string model_said(const CloudFormatOptions& options, const CloudFormat& format) {
+std::string model_reported(const CloudFormatOptions& options, const CloudFormat& format) {
   if (options.model != "auto") return fmt::format("model {} (set)", format.model);
   if (format.model == "generic") return "model not known";
   return fmt::format(
@@ -83,7 +83,7 @@ Result<CloudFormat> decide_cloud_format(std::span<const CloudView> clouds,
   const std::string ring = internal::choose_rings(*first, options, format);
   if (time->empty()) *time = internal::choose_azimuth(*first, options, format);
   const std::string returns = internal::choose_returns(*first, options, format);
-  format.summary = fmt::format("{}; {}; {}{}", *time, ring, model_said(options, format),
+  format.summary = fmt::format("{}; {}; {}{}", *time, ring, model_reported(options, format),
                                returns.empty() ? "" : "; " + returns);
   return format;
 }

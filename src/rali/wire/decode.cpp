@@ -24,7 +24,7 @@ geometry::Vec3 vector3(ByteReader& in) {
   return {v[0], v[1], v[2]};
 }
 
-/// Reads x y z w; false if it is no rotation.
+/// Reads x y z w; false if it is not a rotation.
 bool rotation(ByteReader& in, geometry::Mat3& R) {
   const auto q = in.get_array<double, 4>();
   const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
@@ -73,18 +73,18 @@ Result<CloudView> decode_livox_custom(std::span<const std::byte> message, Encodi
   const ByteReader::Header header = in.header();
   const auto timebase_ns = in.get<std::uint64_t>();
   cloud.stamp = header.stamp;
-  constexpr std::uint64_t kTimebaseMax = 9'000'000'000'000'000'000;  // beyond: no time
+  constexpr std::uint64_t kTimebaseMax = 9'000'000'000'000'000'000;  // beyond: invalid
   if (header.stamp.ns == 0 && timebase_ns < kTimebaseMax) {
     cloud.stamp = Time::from_ns(static_cast<std::int64_t>(timebase_ns));
   }
   cloud.frame_id = header.frame_id;
-  // point_num repeats the length of the list, which is what counts.
+  // point_num repeats the length of the list, which is used instead.
   static_cast<void>(in.get<std::uint32_t>());
   in.skip(4);  // lidar_id, rsvd[3]
   constexpr std::uint32_t kPointBytes = 19;
   const std::uint32_t points = in.sequence(kPointBytes);
   in.align(4);
-  // In CDR each point starts at a multiple of 4; the last one has no padding behind it.
+  // In CDR each point starts at a multiple of 4; no padding follows the last one.
   const std::uint32_t step = encoding == Encoding::kCdr ? 20 : kPointBytes;
   const std::size_t bytes = points == 0 ? 0 : std::size_t{points - 1} * step + kPointBytes;
   cloud.data = in.bytes(bytes);

@@ -11,19 +11,19 @@
 #include "rali/wire/message_kind.hpp"
 #include "rali/wire/messages.hpp"
 
-/// Bytes of one message to values. All refuse cut or contradictory bytes with an Error (kInput)
-/// whose `where` is the byte in the message; bytes after the last field are ignored, as ROS does.
-/// Spans in the results point into `message`.
+/// Decodes the bytes of one message. All refuse truncated or contradictory bytes with an Error
+/// (kInput) whose `where` is the byte in the message; bytes after the last field are ignored, as in
+/// ROS. Spans in the results point into `message`.
 namespace rali::wire {
 
-/// sensor_msgs/PointCloud2. The layout (offsets, steps, types) is not judged here but by
-/// decide_cloud_format and decode_cloud, so that `rali info` can show what is wrong with it.
+/// sensor_msgs/PointCloud2. The layout (offsets, steps, types) is checked only by
+/// decide_cloud_format and decode_cloud, so that `rali info` can show its faults.
 [[nodiscard]] Result<CloudView> decode_point_cloud2(std::span<const std::byte> message,
                                                     Encoding encoding);
 
 /// Livox CustomMsg of any driver generation, as a CloudView with fields offset_time (uint32 ns
 /// after the stamp), x, y, z, reflectivity, tag, line. The stamp is the header's, or the time base
-/// where the header has none.
+/// if the header has none.
 [[nodiscard]] Result<CloudView> decode_livox_custom(std::span<const std::byte> message,
                                                     Encoding encoding);
 
@@ -34,7 +34,7 @@ namespace rali::wire {
 
 [[nodiscard]] Result<ImuMessage> decode_imu(std::span<const std::byte> message, Encoding encoding);
 
-/// Transforms whose quaternion has no length are left out and counted, others are normalised.
+/// Transforms with a zero quaternion are left out and counted, others are normalised.
 [[nodiscard]] Result<TfMessage> decode_tf(std::span<const std::byte> message, Encoding encoding);
 
 [[nodiscard]] Result<PoseStamped> decode_pose_stamped(std::span<const std::byte> message,
@@ -43,7 +43,7 @@ namespace rali::wire {
 [[nodiscard]] Result<Odometry> decode_odometry(std::span<const std::byte> message,
                                                Encoding encoding);
 
-/// @param type_name tells which of the frames it is (Nodeframe2, 3, 5, Tagframe0).
+/// @param type_name selects the frame type (Nodeframe2, 3, 5, Tagframe0).
 [[nodiscard]] Result<LinktrackFrame> decode_linktrack(std::string_view type_name,
                                                       std::span<const std::byte> message,
                                                       Encoding encoding);

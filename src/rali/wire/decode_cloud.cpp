@@ -10,7 +10,7 @@
 #include "rali/wire/cloud_format.hpp"
 #include "rali/wire/internal/kept_points.hpp"
 
-// One pass chooses the points and writes x y z, noting where each kept point lies; each further
+// One pass selects the points and writes x y z, with the offset of each kept point; each further
 // field is gathered by one typed loop over the kept points. No allocation per point: the arrays of
 // `out` grow to the largest cloud once, the list of offsets is one block per cloud.
 namespace rali::wire {
@@ -46,8 +46,8 @@ double value_at(const CloudView& cloud, int field, std::uint32_t offset) {
   });
 }
 
-/// Median of the times of up to 65 points spread over the cloud, in units of the field: a few
-/// insane ones cannot move it far. NaN if there is none.
+/// Median of the times of up to 65 points spread over the cloud, in units of the field: robust
+/// against a few invalid ones. NaN if there is none.
 double reference_time(const CloudView& cloud, int field, const Kept& kept) {
   std::array<double, 65> sample{};
   std::size_t count = 0;
@@ -66,7 +66,7 @@ bool absolute(PointTime time) {
   return time == PointTime::kAbsoluteS || time == PointTime::kAbsoluteNs;
 }
 
-/// Units of the time field to nanoseconds, exactly where the field counts whole nanoseconds.
+/// Units of the time field to nanoseconds, exact if the field counts whole nanoseconds.
 Duration to_duration(double value, double scale_s) {
   const double ns_per_unit = std::round(scale_s * 1e9);
   const double ns = value * ns_per_unit;
@@ -74,7 +74,7 @@ Duration to_duration(double value, double scale_s) {
   return Duration::from_ns(std::llround(ns));
 }
 
-/// First and last of the points' times, as dt_s has them, and the index of the first.
+/// First and last of the points' times in dt_s, and the index of the first.
 struct Extremes {
   float first_s = 0.0F, last_s = 0.0F;
   std::size_t first = 0;
@@ -84,7 +84,7 @@ struct Extremes {
   }
 };
 
-/// Moves dt_s so that the earliest is 0; returns the times as they were.
+/// Shifts dt_s so that the earliest is 0; returns the times before the shift.
 Extremes start_at_zero(LidarScan& out, std::size_t count) {
   Extremes times;
   times.first_s = times.last_s = out.dt_s[0];
@@ -101,9 +101,9 @@ Extremes start_at_zero(LidarScan& out, std::size_t count) {
 void times_from_field(const CloudView& cloud, const CloudFormat& format, Kept& kept,
                       LidarScan& out) {
   const double reference = reference_time(cloud, format.time, kept);
-  const double window_s = 1.5 * std::max(format.sweep_period_s, format.span_s);
+  const double window_s = 1.5 * std::max(format.scan_period_s, format.span_s);
   const bool relative = !absolute(format.point_time);
-  // A whole cloud of nonsense: 'relative' times that lie days off cannot be placed.
+  // All times are invalid: 'relative' times that are days off have no reference.
   const bool lost = std::isnan(reference) ||
                     (relative && std::abs(reference * format.time_scale_s) > 2.0 * window_s);
   const double scale_s = format.time_scale_s;
@@ -119,19 +119,19 @@ void times_from_field(const CloudView& cloud, const CloudFormat& format, Kept& k
   }
   if (kept.count == 0) return;
   const Extremes times = start_at_zero(out, kept.count);
-  // From the field again: a float of seconds would lose nanoseconds.
+  // Read from the field again: a float of seconds would lose nanoseconds.
   const Duration first =
       to_duration(value_at(cloud, format.time, kept.offsets[times.first]), scale_s);
   if (relative) {
-    out.t_begin = cloud.stamp + first + Duration::from_s(format.time_shift_s);
+    out.t_start = cloud.stamp + first + Duration::from_s(format.time_shift_s);
   } else if (!format.anchor_to_header) {
-    out.t_begin = Time{} + first;
+    out.t_start = Time{} + first;
   } else if (format.header_stamp == HeaderStamp::kEnd) {
-    out.t_begin = cloud.stamp - times.span();
+    out.t_start = cloud.stamp - times.span();
   } else {
-    out.t_begin = cloud.stamp;
+    out.t_start = cloud.stamp;
   }
-  out.t_end = out.t_begin + times.span();
+  out.t_end = out.t_start + times.span();
   out.has_point_times = true;
 }
 
@@ -141,26 +141,26 @@ void times_from_azimuth(const CloudView& cloud, const CloudFormat& format, const
   const auto start = static_cast<float>(format.azimuth_start_rad);
   const float turn = 2.0F * std::numbers::pi_v<float>;
   const float sign = format.azimuth_clockwise ? -1.0F : 1.0F;
-  const auto period_s = static_cast<float>(format.sweep_period_s);
+  const auto period_s = static_cast<float>(format.scan_period_s);
   for (std::size_t i = 0; i < kept.count; ++i) {
     const float turned = sign * (std::atan2(out.y_m[i], out.x_m[i]) - start) / turn;
-    float share = turned - std::floor(turned);
-    if (share >= 1.0F) share = 0.0F;
-    out.dt_s[i] = share * period_s;
+    float fraction = turned - std::floor(turned);
+    if (fraction >= 1.0F) fraction = 0.0F;
+    out.dt_s[i] = fraction * period_s;
   }
   const Extremes times = start_at_zero(out, kept.count);
   Time zero = cloud.stamp;
   if (format.header_stamp == HeaderStamp::kEnd) {
-    zero = zero - Duration::from_s(format.sweep_period_s);
+    zero = zero - Duration::from_s(format.scan_period_s);
   }
-  out.t_begin = zero + Duration::from_s(static_cast<double>(times.first_s));
-  out.t_end = out.t_begin + times.span();
+  out.t_start = zero + Duration::from_s(static_cast<double>(times.first_s));
+  out.t_end = out.t_start + times.span();
   out.has_point_times = true;
 }
 
 void fill_times(const CloudView& cloud, const CloudFormat& format,
                 const CloudFormatOptions& options, Kept& kept, LidarScan& out) {
-  out.t_begin = out.t_end = cloud.stamp;
+  out.t_start = out.t_end = cloud.stamp;
   out.has_point_times = false;
   out.deskewed = options.deskewed;
   const bool azimuth = format.point_time == PointTime::kAzimuth;
@@ -169,7 +169,7 @@ void fill_times(const CloudView& cloud, const CloudFormat& format,
   std::fill_n(out.dt_s.begin(), kept.count, 0.0F);
 }
 
-/// Nearest of the ascending elevations, by the tangent: no arc tangent per point.
+/// Nearest of the ascending elevations, by the tangent: avoids an arc tangent per point.
 void rings_from_elevation(const CloudFormat& format, const Kept& kept, LidarScan& out) {
   std::vector<float> bounds;
   const std::vector<float>& rings_rad = format.ring_elevations_rad;
@@ -195,7 +195,7 @@ void fill_rings(const CloudView& cloud, const CloudLayout& layout, const CloudFo
   switch (format.ring_from) {
     case RingFrom::kField:
       gather(cloud, format.ring, kept, out.ring.data(), [&](auto value) {
-        // Below `rings` always: whoever counts per ring relies on it. False for NaN.
+        // Always below `rings`, because arrays per ring are indexed by it. False for NaN.
         const auto v = static_cast<float>(value);
         return v >= 0.0F ? static_cast<std::uint16_t>(std::min(v, last_ring)) : std::uint16_t{0};
       });
@@ -252,12 +252,12 @@ Status decode_cloud(const CloudView& cloud, const CloudFormat& format,
   if (const Status status = check_format(cloud, format); !status) return status;
   const Result<CloudLayout> layout = internal::cloud_layout(cloud);
   if (!layout) return tl::make_unexpected(layout.error());
-  // Offsets are 32 bits; no sensor sends 4 GiB per sweep.
+  // Offsets are 32 bits; no sensor sends 4 GiB per scan.
   if (cloud.data.size() > std::numeric_limits<std::uint32_t>::max()) {
     return fail(ErrorCode::kInput, {}, "a cloud is larger than 4 GiB", "The cloud is left out.");
   }
   out.dropped_nan = out.dropped_range = out.dropped_time = out.dropped_return = 0;
-  // Not clear(): growing a cleared vector would zero it again for each sweep.
+  // Not clear(): growing a cleared vector would zero it again for each scan.
   resize(out, layout->points + 1);
   Kept kept;
   kept.offsets = std::make_unique_for_overwrite<std::uint32_t[]>(layout->points + 1);

@@ -5,12 +5,12 @@
 
 #include "rali/wire/cloud_format.hpp"
 #include "rali/wire/cloud_pack.hpp"
-#include "rali/wire/internal/test_sweep.hpp"
+#include "rali/wire/internal/test_scan.hpp"
 
 namespace rali::wire {
 namespace {
 
-using internal::vlp16_sweep;
+using internal::vlp16_scan;
 using sensor::LidarScan;
 
 const Time kStamp = Time::from_ns(1'700'000'000'000'000'000);
@@ -29,7 +29,7 @@ CloudFormat decided(const CloudView& cloud, const CloudFormatOptions& options = 
 }
 
 TEST(DecodeCloud, drops_and_counts_points_that_are_none) {
-  PackedCloud cloud = pack_cloud(vlp16_sweep(kStamp), "", CloudStyle::kVelodyne);
+  PackedCloud cloud = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kVelodyne);
   const CloudFormat format = decided(cloud.view);
   const std::size_t n = cloud.view.width;
   put(cloud.data, 0 * 22, kNan);
@@ -37,7 +37,7 @@ TEST(DecodeCloud, drops_and_counts_points_that_are_none) {
   put(cloud.data, 2 * 22 + 8, kNan);
   for (std::size_t k = 0; k < 3; ++k) put(cloud.data, 3 * 22 + 4 * k, 0.0F);
   put(cloud.data, 4 * 22, kInf);   // out of range, not "no number"
-  put(cloud.data, 5 * 22, 1e30F);  // its square is no float any more
+  put(cloud.data, 5 * 22, 1e30F);  // its square overflows float
   for (std::size_t k = 0; k < 3; ++k) put(cloud.data, 6 * 22 + 4 * k, 0.1F);  // below 0.4 m
   LidarScan scan;
   ASSERT_TRUE(decode_cloud(cloud.view, format, {}, scan).has_value());
@@ -55,7 +55,7 @@ TEST(DecodeCloud, keeps_range_limits_inclusive_and_cuts_the_self_box) {
   made.push_back(2.0F, 0, 0, 0, 0, 0);
   made.push_back(2.1F, 0, 0, 0, 0, 0);
   made.push_back(-0.6F, 0.1F, 0, 0, 0, 0);
-  made.t_begin = made.t_end = kStamp;
+  made.t_start = made.t_end = kStamp;
   const PackedCloud cloud = pack_cloud(made, "", CloudStyle::kXyzi);
   CloudFormatOptions options;
   options.range_m = {0.5, 2.0};
@@ -70,7 +70,7 @@ TEST(DecodeCloud, keeps_range_limits_inclusive_and_cuts_the_self_box) {
 }
 
 TEST(DecodeCloud, points_with_insane_times_are_dropped_and_do_not_move_the_others) {
-  PackedCloud cloud = pack_cloud(vlp16_sweep(kStamp), "", CloudStyle::kRoboSense);
+  PackedCloud cloud = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kRoboSense);
   const CloudFormat format = decided(cloud.view);
   const std::size_t n = cloud.view.width;
   put(cloud.data, 10 * 26 + 18, 0.0);
@@ -82,12 +82,12 @@ TEST(DecodeCloud, points_with_insane_times_are_dropped_and_do_not_move_the_other
   EXPECT_EQ(scan.dropped_time, 4U);
   EXPECT_EQ(scan.size(), n - 4);
   EXPECT_EQ(scan.ring[10], 14);
-  EXPECT_NEAR(seconds_between(kStamp, scan.t_begin), 0.0, 1e-6);
+  EXPECT_NEAR(seconds_between(kStamp, scan.t_start), 0.0, 1e-6);
   EXPECT_NEAR(seconds_between(kStamp, scan.t_end), 0.0999, 1e-4);
 }
 
 TEST(DecodeCloud, a_sweep_without_one_sane_time_is_empty_and_not_at_a_wrong_time) {
-  PackedCloud cloud = pack_cloud(vlp16_sweep(kStamp), "", CloudStyle::kVelodyne);
+  PackedCloud cloud = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kVelodyne);
   const CloudFormat format = decided(cloud.view);
   for (const float wrong : {kNan, 1e9F, -kInf}) {
     for (std::size_t i = 0; i < cloud.view.width; ++i) put(cloud.data, i * 22 + 18, wrong);
@@ -95,13 +95,13 @@ TEST(DecodeCloud, a_sweep_without_one_sane_time_is_empty_and_not_at_a_wrong_time
     ASSERT_TRUE(decode_cloud(cloud.view, format, {}, scan).has_value());
     EXPECT_EQ(scan.size(), 0U);
     EXPECT_EQ(scan.dropped_time, cloud.view.width);
-    EXPECT_EQ(scan.t_begin, kStamp);
+    EXPECT_EQ(scan.t_start, kStamp);
   }
 }
 
 TEST(DecodeCloud, padded_rows_organised_clouds_and_gaps_give_the_same_points) {
   // 16 rows of 100 columns, row-major, rows padded by 40 bytes: rings are the rows
-  const LidarScan made = vlp16_sweep(kStamp, 100);
+  const LidarScan made = vlp16_scan(kStamp, 100);
   constexpr std::uint32_t kRow = 100 * 32 + 40;
   PackedCloud cloud = pack_cloud(made, "", CloudStyle::kVelodynePcl);
   Bytes padded(16 * kRow - 40, std::byte{0xFF});
@@ -129,7 +129,7 @@ TEST(DecodeCloud, padded_rows_organised_clouds_and_gaps_give_the_same_points) {
 }
 
 TEST(DecodeCloud, columns_are_rings_where_height_and_width_are_exchanged) {
-  PackedCloud cloud = pack_cloud(vlp16_sweep(kStamp, 200), "", CloudStyle::kXyzi);
+  PackedCloud cloud = pack_cloud(vlp16_scan(kStamp, 200), "", CloudStyle::kXyzi);
   cloud.view.height = 200;
   cloud.view.width = 16;
   cloud.view.row_step = 16 * 16;
@@ -142,7 +142,7 @@ TEST(DecodeCloud, columns_are_rings_where_height_and_width_are_exchanged) {
 }
 
 TEST(DecodeCloud, double_coordinates_and_odd_offsets_are_read) {
-  const LidarScan made = vlp16_sweep(kStamp, 50);
+  const LidarScan made = vlp16_scan(kStamp, 50);
   for (const bool big_endian : {false, true}) {
     CloudView cloud;
     cloud.stamp = kStamp;
@@ -178,7 +178,7 @@ TEST(DecodeCloud, double_coordinates_and_odd_offsets_are_read) {
 
 TEST(DecodeCloud, one_return_per_pulse_is_kept) {
   // each pulse twice, the second 1 m farther, types 1 and 2; every tenth alone as type 6
-  const LidarScan made = vlp16_sweep(kStamp, 300);
+  const LidarScan made = vlp16_scan(kStamp, 300);
   LidarScan dual;
   std::vector<std::uint8_t> types;
   for (std::size_t i = 0; i < made.size(); ++i) {
@@ -190,7 +190,7 @@ TEST(DecodeCloud, one_return_per_pulse_is_kept) {
                    made.ring[i]);
     types.push_back(2);
   }
-  dual.t_begin = kStamp;
+  dual.t_start = kStamp;
   PackedCloud cloud = pack_cloud(dual, "", CloudStyle::kOuster);
   cloud.view.fields.push_back({"return_type", 40, FieldType::kUint8, 1});
   for (std::size_t i = 0; i < types.size(); ++i) {
@@ -206,9 +206,9 @@ TEST(DecodeCloud, one_return_per_pulse_is_kept) {
   EXPECT_EQ(scan.size(), dual.size());
 }
 
-// Drivers number returns as they like: which is the stronger or the farther shows in the points.
+// Drivers number returns differently: the points show which is stronger or farther.
 TEST(DecodeCloud, the_stronger_or_the_farther_of_two_returns_is_kept) {
-  const LidarScan made = vlp16_sweep(kStamp, 300);
+  const LidarScan made = vlp16_scan(kStamp, 300);
   LidarScan dual, near, far;
   std::vector<std::uint8_t> types;
   for (std::size_t i = 0; i < made.size(); ++i) {
@@ -220,7 +220,7 @@ TEST(DecodeCloud, the_stronger_or_the_farther_of_two_returns_is_kept) {
     dual.push_back(x * 1.2F, y * 1.2F, z * 1.2F, 20, dt, made.ring[i]);
     types.push_back(2);
   }
-  dual.t_begin = kStamp;
+  dual.t_start = kStamp;
   PackedCloud cloud = pack_cloud(dual, "", CloudStyle::kOuster);
   cloud.view.fields.push_back({"return_type", 40, FieldType::kUint8, 1});
   for (std::size_t i = 0; i < types.size(); ++i) {
@@ -238,7 +238,7 @@ TEST(DecodeCloud, the_stronger_or_the_farther_of_two_returns_is_kept) {
 }
 
 TEST(DecodeCloud, a_return_that_no_field_names_is_reported) {
-  const PackedCloud cloud = pack_cloud(vlp16_sweep(kStamp), "", CloudStyle::kVelodyne);
+  const PackedCloud cloud = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kVelodyne);
   CloudFormatOptions options;
   options.returns = Returns::kLast;
   const CloudFormat format = decided(cloud.view, options);
@@ -249,7 +249,7 @@ TEST(DecodeCloud, a_return_that_no_field_names_is_reported) {
 }
 
 TEST(DecodeCloud, contradictory_layouts_are_refused_with_their_numbers) {
-  const PackedCloud good = pack_cloud(vlp16_sweep(kStamp), "", CloudStyle::kVelodyne);
+  const PackedCloud good = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kVelodyne);
   const CloudFormat format = decided(good.view);
   const auto error_of = [&](const auto& change) {
     CloudView cloud = good.view;
@@ -272,12 +272,12 @@ TEST(DecodeCloud, contradictory_layouts_are_refused_with_their_numbers) {
               c.row_step = 0xFFFFFFFF;
             }),
             "");
-  EXPECT_EQ(error_of([](CloudView& c) { c.row_step = 7; }), "");  // stale in one row: no matter
+  EXPECT_EQ(error_of([](CloudView& c) { c.row_step = 7; }), "");  // stale but unused in one row
 }
 
 TEST(DecodeCloud, fields_that_do_not_fit_the_point_are_not_used) {
-  PackedCloud cloud = pack_cloud(vlp16_sweep(kStamp), "", CloudStyle::kVelodyne);
-  cloud.view.fields[5].offset = 19;  // time would reach into the next point
+  PackedCloud cloud = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kVelodyne);
+  cloud.view.fields[5].offset = 19;  // time would extend into the next point
   cloud.view.fields[4].type = static_cast<FieldType>(9);
   cloud.view.fields[3].offset = 0xFFFFFFFF;
   const CloudFormat format = decided(cloud.view);
@@ -285,28 +285,28 @@ TEST(DecodeCloud, fields_that_do_not_fit_the_point_are_not_used) {
   EXPECT_EQ(format.ring, -1);
   EXPECT_EQ(format.intensity, -1);
   // and a cloud whose fields change later is refused, not misread
-  PackedCloud other = pack_cloud(vlp16_sweep(kStamp), "", CloudStyle::kXyzi);
+  PackedCloud other = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kXyzi);
   const CloudFormat velodyne =
-      decided(pack_cloud(vlp16_sweep(kStamp), "", CloudStyle::kVelodyne).view);
+      decided(pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kVelodyne).view);
   LidarScan scan;
   EXPECT_FALSE(decode_cloud(other.view, velodyne, {}, scan).has_value());
 }
 
 TEST(DecodeCloud, an_empty_cloud_gives_an_empty_scan_at_its_stamp) {
-  const PackedCloud good = pack_cloud(vlp16_sweep(kStamp), "", CloudStyle::kVelodyne);
+  const PackedCloud good = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kVelodyne);
   const CloudFormat format = decided(good.view);
   CloudView empty = good.view;
   empty.width = 0;
   empty.data = {};
-  LidarScan scan = vlp16_sweep(Time{});
+  LidarScan scan = vlp16_scan(Time{});
   ASSERT_TRUE(decode_cloud(empty, format, {}, scan).has_value());
   EXPECT_EQ(scan.size(), 0U);
-  EXPECT_EQ(scan.t_begin, kStamp);
+  EXPECT_EQ(scan.t_start, kStamp);
   EXPECT_EQ(scan.t_end, kStamp);
 }
 
 TEST(DecodeCloud, rings_stay_below_their_number) {
-  PackedCloud cloud = pack_cloud(vlp16_sweep(kStamp), "", CloudStyle::kVelodyne);
+  PackedCloud cloud = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kVelodyne);
   const CloudFormat format = decided(cloud.view);
   put(cloud.data, 16, std::uint16_t{65'535});
   LidarScan scan;

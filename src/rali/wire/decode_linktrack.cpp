@@ -3,9 +3,9 @@
 #include "rali/wire/byte_reader.hpp"
 #include "rali/wire/decode.hpp"
 
-// Field lists: nlink_parser's msg folder. They never carried a header until 2023, when Nodeframe2
-// got one (and a unix_timestamp) under the same name; which of the two it is shows in the length,
-// for both have to end exactly where the message does.
+// Field lists: nlink_parser's msg folder. No frame had a header until 2023, when Nodeframe2 got one
+// (and a unix_timestamp) under the same name. The length distinguishes the two versions, because
+// both must end exactly where the message does.
 namespace rali::wire {
 namespace {
 

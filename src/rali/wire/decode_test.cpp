@@ -25,7 +25,7 @@ constexpr World kWorlds[] = {
 void refuses_every_prefix(const Bytes& message,
                           const std::function<bool(std::span<const std::byte>)>& decodes) {
   for (std::size_t size = 0; size < message.size(); ++size) {
-    // A block of exactly this size, so that a read past the end is seen by the sanitizers.
+    // A block of exactly this size, so that the sanitizers detect a read past the end.
     const Bytes cut(message.begin(), message.begin() + static_cast<std::ptrdiff_t>(size));
     EXPECT_FALSE(decodes(cut)) << size << " of " << message.size() << " bytes";
   }
@@ -82,7 +82,7 @@ TEST(Decode, a_hostile_point_step_does_not_make_the_encoder_pad_gigabytes) {
   CloudView cloud = two_points(data);
   cloud.point_step = 0xFFFFFFF0;
   EXPECT_LT(encode(cloud, Encoding::kRos1).size(), 200U);
-  cloud.point_step = 17;  // 32 bytes are one point and 15 of the next: 2 are lacking
+  cloud.point_step = 17;  // 32 bytes are one point and 15 of the next: 2 are missing
   const Bytes padded = encode(cloud, Encoding::kCdr);
   EXPECT_EQ(decode_point_cloud2(padded, Encoding::kCdr)->data.size(), 34U);
 }

@@ -11,10 +11,10 @@ namespace {
 /// One message: its fields in ROS 1 and ROS 2, and the messages in them, in order.
 struct Definition {
   std::string_view type;  ///< in ROS 1 style
-  std::string_view md5;   ///< of ROS 1, with everything in it; empty where never written alone
+  std::string_view md5;   ///< of ROS 1, nested types included; empty if never written alone
   std::string_view ros1;
   std::string_view ros2;   ///< empty: as ros1
-  std::string_view parts;  ///< types within, separated by blanks
+  std::string_view parts;  ///< nested types, separated by blanks
 };
 
 constexpr Definition kDefinitions[] = {
@@ -179,14 +179,14 @@ std::string_view fields(const Definition& definition, bool ros2) {
   return ros2 && !definition.ros2.empty() ? definition.ros2 : definition.ros1;
 }
 
-/// The types within, depth first, each once, in the order of their first appearance.
+/// The nested types, depth first, each once, in the order of their first appearance.
 void collect(const Definition& definition, bool ros2, std::vector<const Definition*>& found) {
   std::string_view rest = definition.parts;
   while (!rest.empty()) {
     const std::size_t end = std::min(rest.find(' '), rest.size());
     const Definition* part = find(rest.substr(0, end));
     rest.remove_prefix(std::min(end + 1, rest.size()));
-    // Types that only one of the two worlds has are empty in the other.
+    // Types that only ROS 1 or only ROS 2 has are empty in the other.
     if (part == nullptr || fields(*part, ros2).empty()) continue;
     if (std::find(found.begin(), found.end(), part) != found.end()) continue;
     found.push_back(part);

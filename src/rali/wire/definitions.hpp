@@ -7,8 +7,8 @@
 
 namespace rali::wire {
 
-/// Definition text of a message with those of the messages it contains, as bag connections
-/// (kRos1) and MCAP schemas (kCdr: "ros2msg") want it. The type may be named in either style.
+/// Definition text of a message with those of the messages it contains, in the form of bag
+/// connections (kRos1) and MCAP schemas (kCdr: "ros2msg"). The type may be named in either style.
 /// Empty for types that RaLI does not write.
 [[nodiscard]] std::string message_definition(std::string_view type_name, Encoding encoding);
 

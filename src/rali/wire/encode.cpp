@@ -50,7 +50,7 @@ void put(ByteWriter& out, const std::array<float, 4>& rgba) {
   for (const float value : rgba) out.put(value);
 }
 
-/// The fields that ROS 2 has added: texture, texture file, coordinates, mesh file.
+/// The fields added by ROS 2: texture, texture file, coordinates, mesh file.
 void put_no_texture(ByteWriter& out) {
   out.string("");          // texture_resource
   out.header(Time{}, "");  // texture: sensor_msgs/CompressedImage
@@ -85,9 +85,8 @@ void put(ByteWriter& out, const Marker& marker) {
   out.put(std::uint8_t{0});  // mesh_use_embedded_materials
 }
 
-/// The last point of a Livox message in CDR ends without its padding: bytes up to a whole point.
-/// More than some padding is not lacking, it is a point_step that contradicts the data; that is
-/// written as it is.
+/// Bytes missing after the last point, which in a Livox message in CDR lacks its padding. A larger
+/// lack means that point_step contradicts the data; such a cloud is written unchanged.
 std::size_t lacking_bytes(const CloudView& cloud) {
   constexpr std::size_t kPaddingMax = 64;
   if (cloud.point_step == 0) return 0;

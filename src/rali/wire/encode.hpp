@@ -4,15 +4,15 @@
 #include "rali/wire/cloud_format.hpp"
 #include "rali/wire/messages.hpp"
 
-/// Values to the bytes of one message: CDR (XCDR1) for session.mcap and rosbag2, ROS 1 for bags.
-/// The encoding must be kRos1 or kCdr. Texts of the definitions: definitions.hpp.
+/// Encodes values as the bytes of one message: CDR (XCDR1) for session.mcap and rosbag2, ROS 1 for
+/// bags. The encoding must be kRos1 or kCdr. Texts of the definitions: definitions.hpp.
 namespace rali::wire {
 
 /// sensor_msgs/PointCloud2. Padding (up to 64 bytes) that `cloud.data` lacks after the last point
 /// is filled with zeros, so that a decoded Livox message can be written.
 [[nodiscard]] Bytes encode(const CloudView& cloud, Encoding encoding, bool big_endian = false);
 
-/// sensor_msgs/Imu without orientation (orientation_covariance[0] = -1, as REP-145 has it).
+/// sensor_msgs/Imu without orientation (orientation_covariance[0] = -1, by REP-145).
 [[nodiscard]] Bytes encode(const ImuMessage& imu, Encoding encoding, bool big_endian = false);
 
 /// tf2_msgs/TFMessage.
@@ -21,7 +21,7 @@ namespace rali::wire {
 /// geometry_msgs/PoseStamped.
 [[nodiscard]] Bytes encode(const PoseStamped& pose, Encoding encoding, bool big_endian = false);
 
-/// nav_msgs/Odometry; nothing is known of the velocity's covariance: zeros.
+/// nav_msgs/Odometry; the velocity's covariance is unknown: zeros.
 [[nodiscard]] Bytes encode(const Odometry& odometry, Encoding encoding, bool big_endian = false);
 
 /// nav_msgs/OccupancyGrid. `cells` has width * height entries.

@@ -2,7 +2,7 @@
 
 namespace rali::wire {
 
-/// How a message's bytes are laid out.
+/// Serialisation format of a message.
 enum class Encoding { kRos1, kCdr, kOther };
 
 }  // namespace rali::wire

@@ -11,9 +11,8 @@
 #include "rali/base/time.hpp"
 #include "rali/wire/byte_writer.hpp"
 
-/// How a navigation stack says what became of its goals: the topic
-/// `navigate_to_pose/_action/status` of Nav2. Its bt_navigator takes each PoseStamped on
-/// `goal_pose` as a goal of that action.
+/// Result of goals as a navigation stack publishes it: the topic `navigate_to_pose/_action/status`
+/// of Nav2. Its bt_navigator takes each PoseStamped on `goal_pose` as a goal of that action.
 namespace rali::wire {
 
 /// action_msgs/GoalStatus.
@@ -43,7 +42,7 @@ inline constexpr std::string_view kGoalStatusType = "action_msgs/msg/GoalStatusA
 /// In CDR; only ROS 2 has this message.
 [[nodiscard]] Bytes encode(const GoalStatusArray& status);
 
-/// States that action_msgs does not define become kUnknown. Errors: kInput, cut bytes.
+/// States that action_msgs does not define become kUnknown. Errors: kInput, truncated bytes.
 [[nodiscard]] Result<GoalStatusArray> decode_goal_status(std::span<const std::byte> message);
 
 }  // namespace rali::wire

@@ -4,7 +4,7 @@
 #include <cstring>
 
 // Layouts: Nooploop's "NLink protocol" and its public unpackers (nlink_unpack: header 0x55, a byte
-// that names the frame, little endian; the last byte is the sum of all before it).
+// with the frame type, little endian; the last byte is the sum of all before it).
 namespace rali::wire {
 namespace {
 
@@ -14,19 +14,19 @@ constexpr std::uint8_t kHeader = 0x55, kTagframe0 = 0x01;
 constexpr std::size_t kTagframe0Bytes = 128, kLengthEnd = 4;
 constexpr double kMetresPerCount = 0.001, kDbmPerCount = -0.5;
 
-/// A frame with a list of nodes: where its parts lie.
+/// Layout of a frame with a list of nodes.
 struct Layout {
   std::uint8_t function;
-  std::size_t fixed_bytes;  ///< the count of nodes is the last of them
+  std::size_t fixed_bytes;  ///< the last of them is the node count
   std::size_t node_bytes;
   std::size_t local_time, system_time;
-  bool wide_ids;  ///< of 32 bits
+  bool wide_ids;  ///< 32 bits
 };
 
 constexpr std::array<Layout, 3> kLayouts = {
     {{0x04, 119, 13, 102, 6, false}, {0x05, 21, 7, 6, 10, false}, {0x08, 24, 10, 9, 13, true}}};
 
-/// Nodeframe0, 1, 4, 6: no ranges that are used, but a length to pass over.
+/// Nodeframe0, 1, 4, 6: without ranges, but their length is needed to skip them.
 constexpr std::array<std::uint8_t, 4> kOtherFunctions = {0x02, 0x03, 0x06, 0x07};
 
 template <class T>
@@ -124,7 +124,7 @@ struct Candidate {
   std::size_t bytes = 0;  ///< of the frame, once it is known
 };
 
-/// Whether a frame begins here, by its first bytes and lengths.
+/// Whether a frame starts here, by its first bytes and lengths.
 Candidate look(View rest) {
   if (at<std::uint8_t>(rest, 0) != kHeader) return {};
   if (rest.size() < kLengthEnd) return {Verdict::kIncomplete, 0};

@@ -106,7 +106,7 @@ TEST(LinktrackSerial, reads_the_fields_of_each_frame) {
   EXPECT_EQ(tag->zeros, 7U);
 }
 
-// A serial port hands out bytes as they come: a frame may end anywhere.
+// A serial port delivers bytes as they come: a read may end anywhere in a frame.
 TEST(LinktrackSerial, frames_cut_anywhere_are_put_together) {
   Frame bytes = nodeframe2();
   append(bytes, tagframe0());
@@ -126,7 +126,7 @@ TEST(LinktrackSerial, frames_cut_anywhere_are_put_together) {
 TEST(LinktrackSerial, damage_costs_no_frame_but_its_own) {
   Frame damaged = nodeframe2();
   damaged[130] ^= std::byte{1};
-  Frame bytes(3, std::byte{0x55});  // the tail of a frame that began before
+  Frame bytes(3, std::byte{0x55});  // the tail of a frame that started earlier
   append(bytes, damaged);
   append(bytes, nodeframe2());
   Frame lost = nodeframe2();
@@ -144,7 +144,7 @@ TEST(LinktrackSerial, damage_costs_no_frame_but_its_own) {
 
 TEST(LinktrackSerial, waits_for_no_frame_that_cannot_be) {
   Frame bytes = {std::byte{0x55}, std::byte{0x04}, std::byte{0xff}, std::byte{0xff}};
-  append(bytes, nodeframe2());  // its bytes show that the length above is none
+  append(bytes, nodeframe2());  // its bytes show that the length above is wrong
   LinktrackStream stream;
   stream.push(bytes);
   EXPECT_TRUE(stream.next());

@@ -5,7 +5,7 @@
 
 namespace rali::wire {
 
-/// What RaLI can do with a topic, from its type's name.
+/// How RaLI can use a topic, by its type's name.
 enum class MessageKind {
   kPointCloud2,
   kImu,
@@ -32,7 +32,7 @@ enum class MessageKind {
 /// "sensor_msgs/msg/PointCloud2" for "sensor_msgs/PointCloud2".
 [[nodiscard]] std::string ros2_type_name(std::string_view type_name);
 
-/// Accepts names of ROS 1, ROS 2 and DDS, in files of either world.
+/// Accepts names of ROS 1, ROS 2 and DDS, in any file.
 [[nodiscard]] MessageKind message_kind(std::string_view type_name);
 
 /// True for topics that hold points RaLI can read.
@@ -41,8 +41,8 @@ enum class MessageKind {
 /// True for the raw packet types.
 [[nodiscard]] bool is_packets(MessageKind kind);
 
-/// For what looks like LiDAR data but cannot be read: what it is and what to do, e.g. "raw packets
-/// of a Velodyne, not points. Run the maker's driver to make PointCloud2 first". Empty for others.
+/// For LiDAR data that cannot be read: its kind and a remedy, e.g. "raw packets of a Velodyne, not
+/// points. Run the maker's driver to make PointCloud2 first". Empty for others.
 [[nodiscard]] std::string_view kind_advice(MessageKind kind);
 
 }  // namespace rali::wire

@@ -12,13 +12,13 @@
 #include "rali/wire/byte_writer.hpp"
 #include "rali/wire/cloud_format.hpp"
 
-/// Messages as values: what the decoders give and the encoders take. One struct serves ROS 1 and
-/// ROS 2. Names of members follow the message definitions, with units where they are fixed.
+/// Messages as values: output of the decoders and input of the encoders. One struct serves ROS 1
+/// and ROS 2. Names of members follow the message definitions, with units where they are fixed.
 namespace rali::wire {
 
 /// sensor_msgs/Imu; covariances and orientation are not kept.
 struct ImuMessage {
-  sensor::ImuSample sample;  ///< units as sent: the doctor finds g and deg/s by value
+  sensor::ImuSample sample;  ///< units as sent: the doctor detects g and deg/s by value
   std::string frame_id;
 };
 
@@ -32,7 +32,7 @@ struct TransformStamped {
 /// tf2_msgs/TFMessage.
 struct TfMessage {
   std::vector<TransformStamped> transforms;
-  std::uint32_t refused = 0;  ///< decoded ones without a rotation (quaternion 0 or NaN): left out
+  std::uint32_t refused = 0;  ///< without a rotation (quaternion 0 or NaN): left out
 };
 
 /// geometry_msgs/PoseStamped: pose of the body in frame_id.
@@ -129,10 +129,10 @@ struct LinktrackNode {
   double fp_rssi_dbm = 0.0, rx_rssi_dbm = 0.0;  ///< 0: not in this frame
 };
 
-/// nlink_parser LinktrackNodeframe2, 3, 5 and Tagframe0, brought to one shape. Zero distances mean
-/// "none" and are left out.
+/// nlink_parser LinktrackNodeframe2, 3, 5 and Tagframe0, in one form. Zero distances mean "none"
+/// and are left out.
 struct LinktrackFrame {
-  Time stamp;  ///< zero for drivers whose messages have no header: take the record time
+  Time stamp;  ///< zero for drivers whose messages have no header: use the record time
   std::uint8_t role = 0;
   std::uint32_t id = 0;
   std::uint32_t local_time_ms = 0, system_time_ms = 0;
@@ -149,7 +149,7 @@ struct RangeMessage {
   float sigma_m = 0.0F;                               ///< 0 unknown
   float rssi_dbm = 0.0F, rssi_first_path_dbm = 0.0F;  ///< NaN unknown
   std::uint64_t device_time_ns = 0;
-  std::uint8_t flags = 0;  ///< 1 sight doubtful, 2 smoothed by the device
+  std::uint8_t flags = 0;  ///< 1 line of sight doubtful, 2 smoothed by the device
 };
 
 /// A Livox CustomMsg point, for encoding.

@@ -9,7 +9,7 @@
 #include "rali/wire/decode.hpp"
 #include "rali/wire/internal/cloud_layout.hpp"
 
-// Real bytes of the data pack: what drivers and converters wrote, not what we believe they write.
+// Real bytes of the data pack, as written by drivers and converters.
 namespace rali::wire {
 namespace {
 
@@ -67,13 +67,13 @@ TEST(RealData, converted_kitti_mcap_is_read_as_its_readme_says) {
   ASSERT_TRUE(format.has_value());
   EXPECT_EQ(format->point_time, PointTime::kRelativeS);
   EXPECT_NEAR(format->span_s, 0.1035, 0.001);
-  EXPECT_NEAR(format->sweep_period_s, 0.10356, 1e-5);
+  EXPECT_NEAR(format->scan_period_s, 0.10356, 1e-5);
   EXPECT_EQ(format->rings, 16);
   LidarScan scan;
   ASSERT_TRUE(decode_cloud(clouds[0], *format, {}, scan).has_value());
   EXPECT_EQ(scan.size(), clouds[0].width);  // 1.46..80 m: all within the limits
-  // the stamp is the middle of the sweep
-  EXPECT_NEAR(seconds_between(clouds[0].stamp, scan.t_begin), -0.0518, 0.001);
+  // the stamp is the middle of the scan
+  EXPECT_NEAR(seconds_between(clouds[0].stamp, scan.t_start), -0.0518, 0.001);
   EXPECT_NEAR(seconds_between(clouds[0].stamp, scan.t_end), 0.0518, 0.001);
 }
 
@@ -82,7 +82,7 @@ struct Pcd {
   CloudView cloud;
 };
 
-/// Just enough of a binary PCD: the points after the line DATA binary.
+/// A minimal reader of a binary PCD: the points after the line DATA binary.
 Pcd vlp16_pcd() {
   Pcd pcd;
   pcd.bytes = read_file(data_dir() / "clouds/vlp16_binary.pcd");
@@ -107,7 +107,7 @@ TEST(RealData, a_vlp16_cloud_whose_times_begin_anew_in_each_packet_is_timed_by_a
   const Pcd pcd = vlp16_pcd();
   const auto format = decide_cloud_format(std::span(&pcd.cloud, 1), {});
   ASSERT_TRUE(format.has_value());
-  // 'time_stamp' runs from 0 to 1.3 ms of ns: the place within a packet, useless for the sweep.
+  // 'time_stamp' runs from 0 to 1.3 ms in ns: the time within a packet, useless for the scan.
   EXPECT_EQ(format->point_time, PointTime::kAzimuth) << format->summary;
   EXPECT_NE(format->findings[0].text.find("'time_stamp' spans"), std::string::npos);
   EXPECT_EQ(format->rings, 16);
@@ -117,7 +117,7 @@ TEST(RealData, a_vlp16_cloud_whose_times_begin_anew_in_each_packet_is_timed_by_a
   EXPECT_GT(scan.size(), 14'000U);
   EXPECT_EQ(scan.intensity[0], 100.0F);
   EXPECT_EQ(scan.ring[0], 8);
-  // The points lie in the order they were measured: so must their times.
+  // The points are in the order of measurement: so must their times be.
   std::size_t back = 0;
   for (std::size_t i = 100; i < scan.size(); ++i) {
     back += scan.dt_s[i] < scan.dt_s[i - 100] ? 1U : 0U;
@@ -202,7 +202,7 @@ TEST(RealData, kitti_bin_clouds_are_timed_by_azimuth_and_ringed_by_elevation) {
                   {"intensity", 12, FieldType::kFloat32, 1}};
   CloudFormatOptions options;
   options.model = "hdl64e";
-  options.sweep_period_s = 0.10356;
+  options.scan_period_s = 0.10356;
   const auto format = decide_cloud_format(std::span(&cloud, 1), options);
   ASSERT_TRUE(format.has_value());
   EXPECT_EQ(format->point_time, PointTime::kAzimuth) << format->summary;
@@ -212,8 +212,8 @@ TEST(RealData, kitti_bin_clouds_are_timed_by_azimuth_and_ringed_by_elevation) {
   EXPECT_EQ(scan.rings, 64);
   for (std::size_t i = 0; i < scan.size(); i += 1013) {
     const double azimuth = std::atan2(scan.y_m[i], scan.x_m[i]);
-    const double share = 0.5 * (1.0 - azimuth / 3.14159265358979);
-    EXPECT_NEAR(static_cast<double>(scan.dt_s[i]), share * 0.10356, 2e-4);
+    const double fraction = 0.5 * (1.0 - azimuth / 3.14159265358979);
+    EXPECT_NEAR(static_cast<double>(scan.dt_s[i]), fraction * 0.10356, 2e-4);
   }
 }
 

@@ -53,11 +53,11 @@ std::vector<std::string_view> lines_of(std::string_view text) {
 /// "float64" and 9 of "float64[9]".
 struct Declared {
   std::string_view type, name;
-  std::string_view brackets;  ///< between them; has_brackets tells "" from none
+  std::string_view brackets;  ///< between them; has_brackets separates "" from none
   bool has_brackets = false;
 };
 
-/// A field of one line; nothing for blank lines, comments and constants.
+/// The field in a line; nothing for blank lines, comments and constants.
 std::optional<Declared> parse_line(std::string_view line) {
   line = trimmed(line.substr(0, line.find('#')));
   const std::size_t type_end = line.find_first_of(kBlanks);
@@ -77,7 +77,7 @@ std::optional<Declared> parse_line(std::string_view line) {
 
 }  // namespace
 
-/// Reads the definitions of a type and of what it contains.
+/// Reads the definitions of a type and of the types it contains.
 class Ros1ToCdr::Parser {
  public:
   Parser(std::string_view type, std::string_view definition) : where_(type) {
@@ -168,7 +168,7 @@ class Ros1ToCdr::Parser {
     field.kind = Kind::kMessage;
     field.message = *index;
     field.bytes = messages[*index].bytes_min;
-    // Without bytes nothing would bound the work on a message.
+    // Fields without bytes would allow unbounded work on a message.
     if (field.bytes == 0) return refuse(type + " within " + parent + " has no fields");
     return field;
   }
@@ -228,7 +228,7 @@ void Ros1ToCdr::copy_elements(const Field& field, std::size_t n, ByteReader& in,
                               ByteWriter& out) const {
   if (n == 0) return;
   if (field.kind == Kind::kPlain || field.kind == Kind::kTime) {
-    // Both are little endian, and elements of one size follow each other without gaps.
+    // Both are little endian, and elements of one size are contiguous.
     out.align(field.kind == Kind::kTime ? kTimeBytes / 2 : field.bytes);
     out.bytes(in.bytes(n * field.bytes));
     return;

@@ -13,14 +13,14 @@
 
 namespace rali::wire {
 
-/// Messages of one ROS 1 type to CDR, field by field as the type's definition says, so that nothing
-/// is lost, whatever the type. The definition of ROS 2 is taken to have the same fields in the same
-/// order; of std_msgs/Header the sequence number is left out, as ROS 2 has none.
+/// Converts messages of one ROS 1 type to CDR, field by field by the type's definition, so that
+/// nothing is lost for any type. The ROS 2 definition is assumed to have the same fields in the
+/// same order. The sequence number of std_msgs/Header is dropped, as ROS 2 has none.
 class Ros1ToCdr {
  public:
   /// @param type_name "sensor_msgs/Imu"
   /// @param definition its text, followed by those of the messages in it ("MSG: std_msgs/Header"
-  /// after a line of `=`), as bags have it
+  /// after a line of `=`), as bags store it
   /// Errors: kInput (a type that is not defined, contains itself, or is no text of a definition).
   [[nodiscard]] static Result<Ros1ToCdr> make(std::string_view type_name,
                                               std::string_view definition);
@@ -36,7 +36,7 @@ class Ros1ToCdr {
     Kind kind = Kind::kPlain;
     Count count = Count::kOne;
     bool dropped = false;
-    std::size_t bytes = 1;    ///< of one element; at least, in ROS 1
+    std::size_t bytes = 1;    ///< of one element; the minimum in ROS 1
     std::size_t n = 1;        ///< of kFixed
     std::size_t message = 0;  ///< index in messages_
   };

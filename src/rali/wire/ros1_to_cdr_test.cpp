@@ -62,7 +62,7 @@ TEST(Ros1ToCdr, pads_terminates_and_keeps_every_field) {
   out.put(std::int16_t{-5});
   out.put(std::int16_t{6});
   out.time(kT);
-  out.sequence(0);  // no padding for elements that do not follow
+  out.sequence(0);  // an empty sequence gets no padding for its elements
   out.put(std::uint8_t{9});
   EXPECT_EQ(cdr, out.take());
 }

@@ -30,7 +30,7 @@ void shift_time(std::byte* at, Duration shift, bool big_endian) {
   store(at + 4, static_cast<std::uint32_t>(ns - whole * kNsPerS), big_endian);
 }
 
-/// Where the stamps of all transforms lie; empty for a message that is cut.
+/// Offsets of the stamps of all transforms; empty for a truncated message.
 std::vector<std::size_t> transform_stamps(ByteReader& in) {
   std::vector<std::size_t> found;
   const std::uint32_t count = in.sequence(1);

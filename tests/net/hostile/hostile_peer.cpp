@@ -30,9 +30,9 @@ constexpr std::array<net::Urgency, 3> kUrgencies = {net::Urgency::kRole, net::Ur
                                                     net::Urgency::kBulk};
 constexpr std::array<const char*, 3> kTopics = {"rt/rali/role", "rt/rali/status", "rt/rali/bulk"};
 constexpr std::size_t kVehicles = 3;
-constexpr std::size_t kLoot = 300;  ///< of a topic
+constexpr std::size_t kLoot = 300;  ///< stored samples per topic
 
-/// To everybody, and to each vehicle alone.
+/// Publishes to all, and to each vehicle alone.
 net::QosPtr everywhere(bool is_reliable) {
   net::QosPtr qos = net::qos_for_test(is_reliable);
   std::array<const char*, 4> partitions = {"all", "v0", "v1", "v2"};
@@ -42,7 +42,7 @@ net::QosPtr everywhere(bool is_reliable) {
 
 }  // namespace
 
-/// What the other process does.
+/// Main part of the attacking process.
 class Attack {
  public:
   Attack(const net::FleetLinkOptions& first, std::uint64_t seed, HostilePeer::Shared& shared)
@@ -116,9 +116,9 @@ class Attack {
     return liar.seal(to, kUrgencies[door], message());
   }
 
-  /// Bytes that a vehicle would believe if they came with the key.
+  /// Bytes that a vehicle would accept if they were sealed with the key.
   Bytes message() {
-    fleet::Message said;
+    fleet::Message reported;
     switch (rng_.below(5)) {
       case 0: {
         fleet::RoleMessage role;
@@ -126,14 +126,14 @@ class Attack {
         role.term = 2 + rng_.below(1000);
         role.candidate = someone();
         role.lease = Duration::from_s(1000.0);
-        said = role;
+        reported = role;
         break;
       }
       case 1:
-        said = fleet::VehicleStatus{};
+        reported = fleet::VehicleStatus{};
         break;
       case 2:
-        said = fleet::Table{};
+        reported = fleet::Table{};
         break;
       default: {
         fleet::Fact fact{{someone(), static_cast<std::uint32_t>(rng_.below(2)),
@@ -141,10 +141,10 @@ class Attack {
                          Time::from_s(1.0),
                          fleet::EpochStart{"liar", {geometry::Vec3::Ones()}},
                          {}};
-        said = fleet::FactMessage{std::make_shared<const fleet::Fact>(std::move(fact))};
+        reported = fleet::FactMessage{std::make_shared<const fleet::Fact>(std::move(fact))};
       }
     }
-    const auto bytes = wire::encode_envelope({someone(), std::nullopt, std::move(said)});
+    const auto bytes = wire::encode_envelope({someone(), std::nullopt, std::move(reported)});
     if (!bytes) return {};
     const auto* first = reinterpret_cast<const std::uint8_t*>(bytes->data());
     return {first, first + bytes->size()};

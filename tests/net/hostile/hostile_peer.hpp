@@ -10,13 +10,13 @@
 
 namespace rali::test {
 
-/// Somebody in the network of a fleet who lacks its key, in a process of its own: reads all that
-/// the vehicles send, and sends them, on every topic, forged roles and facts, statuses and tables,
-/// what it has stolen (as it was, cut, turned, on other topics), lengths that lie, and noise.
+/// An attacker in the network of a fleet without its key, in its own process. It reads all messages
+/// of the vehicles. On every topic it sends forged roles and facts, statuses and tables, recorded
+/// samples (unchanged, truncated, altered, on other topics), false lengths, and noise.
 class HostilePeer {
  public:
-  /// To be made before this process opens any link of its own.
-  /// @param vehicles of the fleet, numbered from 0, as the first one's options have them
+  /// Create it before this process opens any link of its own.
+  /// @param vehicles of the fleet, numbered from 0, as in the first one's options
   HostilePeer(const net::FleetLinkOptions& first, std::uint64_t seed);
   ~HostilePeer();
   HostilePeer(const HostilePeer&) = delete;
@@ -24,7 +24,7 @@ class HostilePeer {
 
   void attack(bool on) { shared_->on.store(on); }
 
-  /// Samples that it has written so far.
+  /// Number of samples written so far.
   [[nodiscard]] std::uint64_t sent() const { return shared_->sent.load(); }
 
   [[nodiscard]] std::uint64_t stolen() const { return shared_->stolen.load(); }

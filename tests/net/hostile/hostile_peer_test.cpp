@@ -8,12 +8,12 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 #include "rali/host/exact_vehicle_for_test.hpp"
 #include "rali/net/internal/dds_for_test.hpp"
 
-// Nothing unauthenticated acts: a fleet of three agents over DDS, and somebody beside it without
-// the key who sends whatever can be sent.
+// Unauthenticated messages have no effect: a fleet of three agents over DDS, and an attacker
+// without the key who sends everything that can be sent.
 
 namespace rali::test {
 namespace {
@@ -23,9 +23,9 @@ using geometry::Vec3;
 
 constexpr int kVehicles = 3;
 constexpr double kStep_s = 0.1;
-constexpr double kSpeed = 4.0;  ///< seconds of the fleet in one of ours
+constexpr double kSpeed = 4.0;  ///< simulated seconds per real second
 
-/// One attack takes some seconds; `make soak` repeats it with other numbers.
+/// One attack takes some seconds; `make soak` repeats it with other seeds.
 int attacks() { return std::getenv("RALI_SOAK") == nullptr ? 1 : 12; }
 
 net::FleetLinkOptions options_of(int self) {
@@ -53,10 +53,10 @@ double resident_mib() {
   return pages * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
 }
 
-/// Three vehicles in the hall: the first stands, the others drive eight metres.
+/// Three vehicles in the hall: the first is stationary, the others drive eight metres.
 class Fleet {
  public:
-  /// False: no DDS here.
+  /// False: DDS is not available.
   bool open() {
     for (int v = 0; v < kVehicles; ++v) {
       auto link = net::open_dds_fleet_link(options_of(v));
@@ -100,7 +100,7 @@ class Fleet {
   std::vector<std::unique_ptr<host::ExactVehicle>> vehicles_;
 };
 
-/// All that a vehicle holds is what its author has made. @return how many facts that are
+/// Every stored fact must be the one created by its author. @return the number of facts
 std::size_t expect_genuine_facts(Fleet& fleet, int holder) {
   std::size_t facts = 0;
   const fleet::FactStore& held = fleet.node(holder).store();
@@ -142,15 +142,15 @@ void expect_unmoved(Fleet& fleet, std::uint64_t term) {
     EXPECT_LT((node.T_map_odom()->p - fleet.T_map_start(v).p).norm(), 0.05) << v;
     EXPECT_EQ(fleet.vehicle(v).side.agent()->tally().unreadable, 0U) << v;
     EXPECT_EQ(fleet.vehicle(v).side.agent()->tally().wrong_sender, 0U) << v;
-    for (const auto& told : fleet.vehicle(v).side.findings()) {
-      EXPECT_NE(told.finding.id, "fleet.conflict") << v;
+    for (const auto& reported : fleet.vehicle(v).side.findings()) {
+      EXPECT_NE(reported.finding.id, "fleet.conflict") << v;
     }
     EXPECT_GT(expect_genuine_facts(fleet, v), 60U) << v << ": they go round as before";
   }
 }
 
 void attack_once(std::uint64_t seed) {
-  HostilePeer hostile(options_of(0), seed);  // its process begins before there are threads here
+  HostilePeer hostile(options_of(0), seed);  // its process starts before this one has threads
   Fleet fleet;
   if (!fleet.open()) GTEST_SKIP() << "no loopback for DDS";
   fleet.run(15.0);

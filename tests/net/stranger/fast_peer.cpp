@@ -32,7 +32,7 @@ class RawType final : public dds::TopicDataType {
     setName(name.c_str());
     m_typeSize = kBytesMax;
     m_isGetKeyDefined = false;
-    auto_fill_type_object(false);  // as ROS 2's layer above Fast DDS does
+    auto_fill_type_object(false);  // as in ROS 2's layer above Fast DDS
     auto_fill_type_information(false);
   }
 
@@ -66,7 +66,7 @@ dds::DomainParticipantQos loopback_qos() {
   qos.transport().use_builtin_transports = false;
   const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->interfaceWhiteList.emplace_back("127.0.0.1");
-  // A cloud comes in one burst; with the system's default most of it would be dropped.
+  // A cloud comes in one burst; most of it would be dropped with the system's default.
   udp->receiveBufferSize = kSocketBytes;
   udp->sendBufferSize = kSocketBytes;
   qos.transport().listen_socket_buffer_size = kSocketBytes;

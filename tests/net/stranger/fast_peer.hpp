@@ -7,8 +7,8 @@
 
 namespace rali::net {
 
-/// A participant made with Fast DDS, the other implementation that ROS 2 is used with. It knows no
-/// more of us than a driver or viewer of ROS 2: names of topics and types, CDR.
+/// A participant made with Fast DDS, the other DDS implementation used with ROS 2. Like a driver or
+/// viewer of ROS 2, it shares only names of topics and types, and CDR.
 class FastPeer {
  public:
   FastPeer(int domain, const std::string& topic, const std::string& type, bool is_reliable);

@@ -1,4 +1,4 @@
-// Scenario N7 of the design: drivers and viewers that are not made with our DDS.
+// Scenario N7 of the design: drivers and viewers that use another DDS implementation.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -61,9 +61,9 @@ class Stranger : public ::testing::TestWithParam<bool> {
       return peer_->matched_readers() >= 2 && peer_->matched_writers() >= 2 &&
              bus_->readers(publication_) >= 2 && !bus_->published().empty();
     }));
-    // A match on one side is no promise of the other: the first samples may be lost. A reliable
-    // reader of Cyclone begins with the first heartbeat; what is under way then counts as past.
-    // Fast DDS sends heartbeats with what needs several datagrams.
+    // A match on one side does not imply one on the other: the first samples may be lost. A
+    // reliable reader of Cyclone starts with the first heartbeat; samples already under way then
+    // count as past. Fast DDS sends heartbeats with samples that need several datagrams.
     const Bytes their_hello = cloud(200'000, 1), our_hello = cloud(60, 2);
     ASSERT_TRUE(holds_within(
         10.0, [&] { return peer_->write(their_hello) && is_taken_by_us(their_hello, 0.5); }));
@@ -100,7 +100,7 @@ TEST_P(Stranger, clouds_of_more_than_a_megabyte_pass_in_both_directions) {
     bus_->publish(publication_, ours);
     to_peer += is_taken_by_peer(ours) ? 1 : 0;
   }
-  // Best effort loses some where the machine is busy and the system's socket buffers are small;
+  // Best effort loses some if the machine is busy and the system's socket buffers are small;
   // reliable may lose the first one (SetUp).
   EXPECT_GE(to_us, GetParam() ? kClouds - 1 : kClouds / 2);
   EXPECT_GE(to_peer, GetParam() ? kClouds - 1 : kClouds / 2);

@@ -4,7 +4,7 @@
 
 namespace rali::cli {
 
-/// Every command of the program, in the order of the help. A command is here when it works.
+/// Every command of the program, in the order of the help. Unfinished commands are not listed.
 [[nodiscard]] CommandList all_commands();
 
 [[nodiscard]] std::unique_ptr<Command> make_map_command();

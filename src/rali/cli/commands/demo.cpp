@@ -17,8 +17,8 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-/// Where one vehicle alone is lost: the LiDAR sees nothing along it. v1 stands in the middle, v2
-/// drives from one end to the other.
+/// A tunnel in which a single vehicle is lost, because the LiDAR is degenerate along it. v1 stands
+/// in the middle, v2 drives from one end to the other.
 constexpr std::string_view kTunnel = R"(# The tunnel of rali demo: v1 stands, v2 drives past it.
 tunnel: {length_m: 140}
 vehicles:
@@ -26,8 +26,8 @@ vehicles:
   - {start: [6, 0], goal: [132, 0]}
 )";
 
-/// `rali simulate`, `rali map --truth` and `rali picture` one after another, each as a user would
-/// type it: a tunnel with two vehicles, mapped without and with the ranges between them.
+/// Runs `rali simulate`, `rali map --truth` and `rali picture` in sequence, as a user would: a
+/// tunnel with two vehicles, mapped without and with the ranges between them.
 class DemoCommand final : public Command {
  public:
   [[nodiscard]] std::string name() const override { return "demo"; }
@@ -96,7 +96,7 @@ class DemoCommand final : public Command {
   std::string seed_ = "1", duration_s_ = "0", pedestrians_ = "0", threads_ = "0";
 };
 
-/// As it is typed into a shell.
+/// The command line as typed into a shell.
 std::string line_of(const Words& words) {
   std::string line = "$ rali";
   for (const std::string& word : words) {
@@ -121,7 +121,7 @@ Result<int> run_step(const Words& words, Session& session, std::string& results)
   return code;
 }
 
-/// The name of a shipped scene, or the file of the tunnel.
+/// The name of a shipped scene, or the tunnel's file.
 Result<std::string> DemoCommand::scene() const {
   if (!compares()) return scene_;
   std::error_code error;
@@ -145,7 +145,7 @@ Words DemoCommand::map_words() const {
           "--overwrite"};
 }
 
-/// The same data as if there were no radio.
+/// The same data without the ranges.
 Words DemoCommand::map_alone_words() const {
   return {"map",        path("recording/fleet.yaml"), "-o",        path("alone"),
           "--truth",    path("recording/truth"),      "--threads", threads_,
@@ -170,7 +170,7 @@ Words DemoCommand::picture_words() const {
           "with ranges to v1"};
 }
 
-/// What was sent live is mapped again from its recording: the report has the truth beside it.
+/// Maps the recording of the live run again: the report then includes the ground truth.
 Result<int> DemoCommand::run_live(Session& session) {
   LiveDemo demo;
   demo.folder = folder_;
@@ -186,7 +186,7 @@ Result<int> DemoCommand::run_live(Session& session) {
   return map_and_draw(session);
 }
 
-/// The recording becomes a map with its report, and a picture.
+/// Makes a map with its report, and a picture, from the recording.
 Result<int> DemoCommand::map_and_draw(Session& session) {
   std::string mapped, drawn;
   const Result<int> map = run_step(map_words(), session, mapped);
@@ -205,13 +205,13 @@ Result<int> DemoCommand::run(Session& session) {
   std::string simulated, alone;
   const Result<int> simulation = run_step(simulate_words(*place), session, simulated);
   if (!simulation || *simulation != kExitDone) {
-    // What was not begun leaves nothing behind; a folder with something in it stays.
+    // A simulation that did not start leaves nothing behind; a folder that is not empty stays.
     std::error_code ignored;
     if (compares()) std::filesystem::remove(*place, ignored);
     std::filesystem::remove(folder_, ignored);
     return simulation;
   }
-  // Its last line says what to type next; here that follows by itself.
+  // Its last line suggests the next command, which the demo runs itself.
   session.note(simulated.substr(0, simulated.rfind("\nnext: ")));
   if (compares()) {
     const Result<int> code = run_step(map_alone_words(), session, alone);

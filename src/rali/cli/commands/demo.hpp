@@ -4,7 +4,7 @@
 
 namespace rali::cli {
 
-/// `rali demo`: simulate, map, compare with the truth, draw.
+/// `rali demo`: simulate, map, compare with the ground truth, draw.
 [[nodiscard]] std::unique_ptr<Command> make_demo_command();
 
 }  // namespace rali::cli

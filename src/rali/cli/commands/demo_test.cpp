@@ -21,7 +21,7 @@ TEST(Demo, leaves_recording_both_results_report_with_the_truth_and_picture) {
   const io::TestFolder folder;
   const std::string demo = folder.path("d");
   const Outcome run = short_demo(demo);
-  // So short a drive may not tell how the vehicles lie to each other.
+  // Such a short drive may not constrain the relative pose of the vehicles.
   ASSERT_TRUE(run.code == kExitDone || run.code == kExitGaps) << run.err;
   EXPECT_TRUE(run.out.starts_with("without ranges:\n" + demo + "/alone/report.html\n2 vehicles"))
       << run.out;
@@ -29,7 +29,7 @@ TEST(Demo, leaves_recording_both_results_report_with_the_truth_and_picture) {
             std::string::npos)
       << run.out;
   EXPECT_TRUE(run.out.ends_with(demo + "/map.png\n")) << run.out;
-  // Nothing but the start pose, known to 0.28 m, ties the two so early.
+  // So early, only the start pose (sigma 0.28 m) connects the two vehicles.
   EXPECT_NE(run.out.find("placed by the prior"), std::string::npos) << run.out;
   EXPECT_NE(run.out.find("against the truth: position off by 0."), std::string::npos) << run.out;
   EXPECT_EQ(run.out.find("next: "), std::string::npos) << "that follows by itself";

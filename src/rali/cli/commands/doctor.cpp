@@ -30,7 +30,7 @@ std::vector<inspect::RangeTopicNames> range_topics(const config::RangesConfig& r
   return topics;
 }
 
-/// A vehicle of fleet.yaml as the doctor takes it.
+/// The doctor's options for a vehicle of fleet.yaml.
 inspect::DoctorOptions options_of(const config::VehicleConfig& vehicle) {
   inspect::DoctorOptions options;
   options.imu_file = vehicle.imu.file;
@@ -92,7 +92,7 @@ class DoctorCommand final : public Command {
   struct Plan {
     std::vector<inspect::DoctorOptions> recordings;
     inspect::RangeInputs ranges;
-    std::vector<std::string> notices;  ///< about settings with an old name
+    std::vector<std::string> notices;  ///< about settings with old names
   };
 
   [[nodiscard]] Result<config::FleetConfig> load(bool yaml) const;
@@ -118,7 +118,7 @@ Result<config::FleetConfig> DoctorCommand::load(bool yaml) const {
               : config::fleet_of_recordings(inputs_, overrides);
 }
 
-/// What rali map refuses before it reads is refused here with the same sentence.
+/// Errors that rali map reports before reading are reported here with the same sentence.
 Status DoctorCommand::check(const config::FleetConfig& fleet) {
   if (Status status = jobs::check_side_files(fleet); !status) return status;
   const Result<drive::RangeOptions> ranges = jobs::range_options(fleet);

@@ -4,7 +4,7 @@
 
 namespace rali::cli {
 
-/// `rali doctor INPUT...`: is this recording fit, what is wrong, what to do.
+/// `rali doctor INPUT...`: checks a recording, reports problems and remedies.
 [[nodiscard]] std::unique_ptr<Command> make_doctor_command();
 
 }  // namespace rali::cli

@@ -64,7 +64,7 @@ TEST(DoctorCommand, looks_at_every_recording_and_at_the_ranges_of_a_fleet) {
   EXPECT_EQ(nlohmann::json::parse(one.out)["vehicles"].size(), 1U) << "the same shape";
 }
 
-/// The sentence of map and doctor for a fleet.yaml that both refuse.
+/// Checks that map and doctor reject a fleet.yaml with the same sentence.
 void expect_same_refusal(const io::TestFolder& f, const std::string& name, const std::string& yaml,
                          const std::string& word) {
   const std::string fleet = f.write(name, yaml);
@@ -107,13 +107,13 @@ TEST(DoctorCommand, a_topic_of_ranges_that_no_recording_has_is_reported_as_map_r
   EXPECT_NE(doctor.out.find("warning " + sentence), std::string::npos) << doctor.out;
   EXPECT_NE(doctor.out.find("D14 v1->v2: 19 ranges"), std::string::npos) << doctor.out;
   EXPECT_EQ(doctor.out.find("ranges on /uwb\n"), std::string::npos) << "that one is there";
-  // Where only a part is looked at, the index lists what comes later.
+  // If only a part is examined, the index lists the later topics.
   const Outcome part = run_rali({"doctor", fleet, "-q", "--seconds", "0.05"});
   EXPECT_NE(part.out.find(sentence), std::string::npos) << part.out;
   EXPECT_EQ(part.out.find("ranges on /uwb\n"), std::string::npos) << part.out;
 }
 
-/// What map, doctor and info say of an input, if all refuse it alike.
+/// The error of map, doctor and info for an input, if all three agree.
 std::string refusal(const io::TestFolder& f, const std::string& input) {
   const Outcome map = run_rali({"map", input, "-o", f.path("out"), "-q"});
   for (const char* command : {"doctor", "info"}) {

@@ -4,7 +4,7 @@
 
 namespace rali::cli {
 
-/// `rali evaluate`: results against truth.
+/// `rali evaluate`: compares results with ground truth.
 [[nodiscard]] std::unique_ptr<Command> make_evaluate_command();
 
 }  // namespace rali::cli

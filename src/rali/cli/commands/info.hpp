@@ -4,7 +4,7 @@
 
 namespace rali::cli {
 
-/// `rali info FILE`: what is in this file.
+/// `rali info FILE`: lists the content of a file.
 [[nodiscard]] std::unique_ptr<Command> make_info_command();
 
 }  // namespace rali::cli

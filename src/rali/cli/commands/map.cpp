@@ -19,11 +19,11 @@
 namespace rali::cli {
 namespace {
 
-/// Words of the command line that stand for a key of every vehicle.
+/// Command line options that set a key of every vehicle.
 struct Shortcut {
   std::string option, key, value;
   bool single_only = true;
-  bool number = false;  ///< a quoted number would be text
+  bool number = false;  ///< must not be quoted, or it would be text
 };
 
 class MapCommand final : public Command {
@@ -138,7 +138,7 @@ std::vector<Shortcut> MapCommand::shortcuts() const {
           {"--duration", "duration_s", duration_s_, false, true}};
 }
 
-/// The vehicles' names are known only after loading, so shortcuts load a second time.
+/// The vehicles' names are known only after loading, so shortcuts require a second load.
 Result<jobs::MapInputs> MapCommand::load_with_shortcuts() const {
   if (Status s = check_of_facts(); !s) return tl::make_unexpected(s.error());
   config::Overrides overrides{preset_, assignments_};
@@ -172,7 +172,7 @@ Result<jobs::MapInputs> MapCommand::load_with_shortcuts() const {
                                                 : jobs::load_inputs(inputs_, overrides);
 }
 
-/// What is about sensors' data has no meaning for the facts that vehicles sent each other.
+/// Options for sensor data have no meaning for the facts that vehicles exchanged.
 Status MapCommand::check_of_facts() const {
   if (std::none_of(inputs_.begin(), inputs_.end(), drive::is_state_folder)) return {};
   std::vector<std::pair<std::string, bool>> given = {{"--ranges", !ranges_.empty()},
@@ -237,8 +237,8 @@ Status MapCommand::check_words(bool json) const {
   return {};
 }
 
-/// Compares with the truth. @return a line for the summary; nothing if it cannot be compared, which
-/// is no fault of the map.
+/// Compares with the ground truth. @return a line for the summary; nothing if the comparison is
+/// impossible, which is no error of the map.
 std::optional<std::string> MapCommand::judge(Session& session) const {
   if (truth_.empty()) return "";
   jobs::EvaluateJob job;
@@ -301,7 +301,7 @@ Result<int> MapCommand::run(Session& session) {
   const int code = exit_code_of(*summary, stop_signal());
   const std::vector<std::string> broken = broken_requirements(*requirements, *summary);
   for (const std::string& sentence : broken) session.error(sentence + '.');
-  session.run_log.clear();  // what a demo does next is no part of this run
+  session.run_log.clear();  // subsequent steps of a demo do not belong to this run
   session.written_run.clear();
   const bool as_asked = broken.empty() && judgement;
   return as_asked || code >= kExitMachine ? code : kExitBelowAsked;

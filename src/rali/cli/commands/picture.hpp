@@ -4,7 +4,7 @@
 
 namespace rali::cli {
 
-/// `rali picture DIR`: maps from above for a paper.
+/// `rali picture DIR`: top views of maps for a paper.
 [[nodiscard]] std::unique_ptr<Command> make_picture_command();
 
 }  // namespace rali::cli

@@ -18,16 +18,16 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr auto kLookEvery = std::chrono::milliseconds(50);
-/// Both sides have to know of each other before the first message, and the last one has to arrive.
+/// Time for discovery before the first message, and for delivery of the last one.
 constexpr auto kSettle = std::chrono::milliseconds(500);
 constexpr double kRateMax = 1000.0;
 
-/// UTC that goes on evenly, whatever is done to the clock meanwhile.
+/// UTC advanced by the steady clock, independent of clock adjustments.
 class SteadyWallClock {
  public:
   [[nodiscard]] Time now() const { return wall_0_ + since(steady_clock::now()); }
 
-  /// False: the user wants to stop.
+  /// False: the user stopped.
   [[nodiscard]] bool sleep_until(Time t) const {
     const auto end = steady_0_ + std::chrono::nanoseconds((t - wall_0_).ns);
     while (steady_clock::now() < end) {
@@ -130,13 +130,13 @@ class PlayCommand final : public Command {
     }
     for (const std::string& name : player.published()) session.detail("publishes " + name);
     if (wait_ && !wait_for_readers(session, player)) return interrupted();
-    const Time t_begin = clock.now();
-    const auto tally = player.play([&](double share, const PlayTally& so_far) {
+    const Time t_start = clock.now();
+    const auto tally = player.play([&](double fraction, const PlayTally& so_far) {
       if (!session.live() || session.options.quiet) return;
       session.live_line(
-          fmt::format("{:3.0f} %, {}", 100.0 * share, counted(so_far.messages, "message")));
+          fmt::format("{:3.0f} %, {}", 100.0 * fraction, counted(so_far.messages, "message")));
     });
-    const double took_s = seconds_between(t_begin, clock.now());
+    const double took_s = seconds_between(t_start, clock.now());
     session.live_line("");
     if (!tally) return tl::make_unexpected(tally.error());
     std::this_thread::sleep_for(kSettle);
@@ -167,14 +167,14 @@ class PlayCommand final : public Command {
     return net::open_dds_ros_bus(options);
   }
 
-  /// False: the user does not want to wait any more.
+  /// False: the user stopped the waiting.
   [[nodiscard]] bool wait_for_readers(Session& session, const RecordingPlayer& player) const {
     if (player.published().empty()) {
       session.warning(recordings_[0] + ": has no index, so --wait waits for nobody");
       return true;
     }
     session.note("waiting for readers of LiDAR and IMU");
-    while (!player.is_heard()) {
+    while (!player.is_received()) {
       if (stop_requested()) return false;
       std::this_thread::sleep_for(kLookEvery);
     }

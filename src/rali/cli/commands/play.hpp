@@ -4,7 +4,7 @@
 
 namespace rali::cli {
 
-/// `rali play RECORDING`: sensors of a recording, live on a ROS 2 network.
+/// `rali play RECORDING`: publishes the sensor data of a recording on a ROS 2 network.
 [[nodiscard]] std::unique_ptr<Command> make_play_command();
 
 }  // namespace rali::cli

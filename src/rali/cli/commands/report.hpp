@@ -7,7 +7,7 @@
 
 namespace rali::cli {
 
-/// `rali report`: builds report.html of a run again, or sets runs side by side.
+/// `rali report`: rebuilds report.html of a run, or compares runs.
 [[nodiscard]] std::unique_ptr<Command> make_report_command();
 
 /// One warning for each kind of file in these output folders that has names of an older version.

@@ -88,7 +88,7 @@ class RunCommand final : public Command {
   int threads_ = 1;
 };
 
-/// Says what happens, and ends the run when it is time.
+/// Reports events, and ends the run at its time limit.
 class RunListener final : public host::HostListener {
  public:
   RunListener(Session& session, double for_s, std::atomic<bool>& stop)
@@ -120,7 +120,7 @@ class RunListener final : public host::HostListener {
   std::atomic<bool>& stop_;
   Time begin_;
   std::string waits_for_;
-  std::string ready_ = "READY=1\n";  ///< until it was said
+  std::string ready_ = "READY=1\n";  ///< until it was sent
 };
 
 Status RunCommand::check_words() const {

@@ -297,8 +297,8 @@ Result<RecordingSummary> SimulateCommand::record(const SceneSetup& setup, Sessio
   drive::Progress progress;
   progress.vehicle = fleet.vehicles == 1 ? "v1" : fmt::format("{} vehicles", fleet.vehicles);
   progress.stage = "simulation";
-  return scenario::write_recording(**sim, options, [&](double share) {
-    progress.share = share;
+  return scenario::write_recording(**sim, options, [&](double fraction) {
+    progress.fraction = fraction;
     view.progress(progress);
     return !stop_requested();
   });
@@ -312,7 +312,7 @@ std::string SimulateCommand::text(const RecordingSummary& s) const {
   for (const scenario::VehicleSummary& v : s.vehicles) {
     text += fmt::format(
         "{}: {} scans, {:.1f} million points, {} inertial samples, {:.0f} m driven{}{}\n", v.file,
-        v.sweeps, static_cast<double>(v.points) * 1e-6, v.imu_samples, v.way_m,
+        v.scans, static_cast<double>(v.points) * 1e-6, v.imu_samples, v.path_m,
         v.lost == 0 ? "" : fmt::format(", {} messages lost", v.lost), v.cut ? ", cut off" : "");
   }
   if (s.vehicles.size() > 1) {

@@ -6,7 +6,7 @@
 
 namespace rali::cli {
 
-/// `rali simulate`: a fleet recording with exact truth.
+/// `rali simulate`: a fleet recording with exact ground truth.
 [[nodiscard]] std::unique_ptr<Command> make_simulate_command();
 
 }  // namespace rali::cli

@@ -59,7 +59,7 @@ class StatusCommand final : public Command {
     if (session.options.json) {
       session.result(*state + '\n');
     } else {
-      // A terminal is written over, a file gets one block after another.
+      // On a terminal the text is overwritten; in a file the blocks are appended.
       if (watch_ && session.live()) session.result("\x1b[H\x1b[2J");
       session.result(status->text);
       if (watch_ && !session.live()) session.result("\n");

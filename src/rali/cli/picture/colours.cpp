@@ -7,7 +7,7 @@
 namespace rali::cli {
 
 Colour height_colour(double fraction) {
-  // From the green of shallow water to that of deep water; strong enough for white paper at 0.
+  // A sequential scale from light green to dark blue; visible on white paper at 0.
   constexpr std::array<std::array<double, 3>, 5> kStops = {
       {{120, 205, 175}, {62, 166, 172}, {51, 122, 163}, {57, 78, 140}, {42, 34, 78}}};
   const double at =
@@ -22,7 +22,8 @@ Colour height_colour(double fraction) {
 
 Colour trajectory_colour(std::size_t i) {
   // Vermilion, black and sky blue of M. Okabe and K. Ito, Color Universal Design (2008); yellow,
-  // wine and violet chosen to lie far from them and from the grey of the truth for every eye.
+  // wine and violet chosen to differ from them and from the grey of the ground truth with any
+  // colour vision.
   constexpr std::array<Colour, kTrajectoryColours> kColours = {
       {{213, 94, 0}, {0, 0, 0}, {240, 200, 40}, {136, 34, 85}, {86, 180, 233}, {120, 40, 160}}};
   return kColours[i % kColours.size()];

@@ -9,8 +9,8 @@ namespace rali::cli {
 inline constexpr Colour kWhite{255, 255, 255}, kInk{30, 32, 38}, kGrey{105, 110, 120};
 inline constexpr Colour kTruthColour{150, 150, 150};
 
-/// The colour of a height, 0 (lowest) to 1. Its lightness falls from one end to the other, so that
-/// it is read with any colour vision and in print without colours; walls come out dark.
+/// The colour of a height, 0 (lowest) to 1. Its lightness falls monotonically, so that it is
+/// readable with any colour vision and in greyscale print; walls appear dark.
 [[nodiscard]] Colour height_colour(double fraction);
 
 /// The i-th trajectory differs from the others in colour, after kTrajectoryColours also in dashes.

@@ -44,7 +44,7 @@ double HeightLayers::strength(int x, int y) const {
   return kFlatStrength + (1.0 - kFlatStrength) * upright;
 }
 
-double HeightLayers::share(int x, int y) const {
+double HeightLayers::fraction(int x, int y) const {
   const std::uint64_t filled = slices(x, y);
   if (filled == 0) return 0.0;
   const bool flat = std::popcount(filled) <= kFlatSlices;

@@ -5,21 +5,22 @@
 
 namespace rali::cli {
 
-/// What lies above each pixel of a map seen from above: which slices of height are occupied.
+/// Occupied height slices above each pixel of a map seen from above.
 class HeightLayers {
  public:
-  /// @param low_m, high_m  heights outside count as the lowest and the highest slice
+  /// @param low_m, high_m  heights outside count as the lowest or the highest slice
   HeightLayers(int width, int height, double low_m, double high_m);
 
   /// Pixels outside are left out.
   void add(int x, int y, double z_m);
 
-  /// 0: nothing here, 1: upright as a wall. Floors and ceilings, however thick the noise, stay low.
+  /// 0: empty, 1: vertical like a wall. Floors and ceilings get low values, however thick their
+  /// noise.
   [[nodiscard]] double strength(int x, int y) const;
 
-  /// Height that gives the colour, 0 to 1 of the range: of upright things the top, else the
-  /// lowest slice (the floor below a ceiling).
-  [[nodiscard]] double share(int x, int y) const;
+  /// Height that determines the colour, 0 to 1 of the range: the top of vertical objects, otherwise
+  /// the lowest slice (the floor below a ceiling).
+  [[nodiscard]] double fraction(int x, int y) const;
 
  private:
   [[nodiscard]] std::uint64_t slices(int x, int y) const;

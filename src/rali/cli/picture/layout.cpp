@@ -20,7 +20,7 @@ double rows_m(const std::vector<double>& up_m, std::size_t columns) {
   return sum_m;
 }
 
-/// The largest scale of so many columns and strips [pt/m].
+/// The largest scale with this number of columns and strips [pt/m].
 double scale_of(const PanelSizes& panels, double width_pt, std::size_t columns,
                 std::size_t strips) {
   const auto c = static_cast<double>(columns), s = static_cast<double>(strips);
@@ -78,7 +78,7 @@ Layout choose_layout(const PanelSizes& panels, double width_pt) {
 std::string shortened(std::string_view text, double width, const TextWidth& text_width) {
   if (text_width(text) <= width) return std::string(text);
   while (!text.empty() && text_width(std::string(text) + "...") > width) {
-    // A character of several bytes goes as a whole: all that follow its first one, then that.
+    // Removes multi-byte characters as a whole: first the continuation bytes, then the first byte.
     while (text.size() > 1 && (static_cast<unsigned char>(text.back()) & 0xC0U) == 0x80U) {
       text.remove_suffix(1);
     }

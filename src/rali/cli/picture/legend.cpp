@@ -15,7 +15,7 @@ constexpr double kSample_pt = 16.0, kMark_pt = 6.0, kGap_pt = 4.0, kItemGap_pt =
 constexpr double kAxis_pt = 10.0;
 constexpr double kHeightBar_pt = 44.0, kHeightBarThick_pt = 5.0;
 constexpr double kBarMax = 0.14;                // of the width of the sheet
-constexpr double kMiddle_pt = 0.36 * kText_pt;  // of the letters above the base line
+constexpr double kMiddle_pt = 0.36 * kText_pt;  // of the letters above the baseline
 
 }  // namespace
 
@@ -51,7 +51,7 @@ void Legend::set_map(const PanelView& view, double width_pt) {
 
 std::string Legend::bar_text() const { return fmt::format("{:g} m", bar_m_); }
 
-/// Where the corner of the axes stands, from the left end of the row.
+/// Position of the corner of the axes, from the left end of the row.
 double Legend::axes_x(Sheet& measure) const {
   return bar_pt_ + kGap_pt + measure.text_width(kText_pt, bar_text()) + 10.0 +
          (turned_ ? kAxis_pt + 6.0 : 0.0);
@@ -61,13 +61,13 @@ std::string Legend::low_text() const { return fmt::format("height {:.1f} m", z_m
 
 std::string Legend::high_text() const { return fmt::format("{:.1f} m", z_m_.high); }
 
-/// Width of the bar of heights with its texts.
+/// Width of the height bar with its texts.
 double Legend::heights_pt(Sheet& measure) const {
   return measure.text_width(kText_pt, low_text() + high_text()) + kHeightBar_pt + 2.0 * kGap_pt;
 }
 
-/// Where the items stand: in the first row between scale bar and heights if all have room there,
-/// else in rows of their own.
+/// Positions of the items: in the first row between scale bar and heights if all fit, else in
+/// separate rows.
 std::vector<Legend::Place> Legend::places(double width_pt, Sheet& measure) const {
   const auto text_width = [&](std::string_view part) { return measure.text_width(kText_pt, part); };
   std::vector<Place> out;
@@ -111,7 +111,7 @@ void Legend::draw_scale(double x, double y, Sheet& sheet) const {
   sheet.text(x + bar_pt_ + kGap_pt, y, kText_pt, bar_text(), kInk);
 }
 
-/// The axes of the map, as they lie on the sheet; (x, y): their corner.
+/// Draws the map's axes as oriented on the sheet; (x, y): their corner.
 void Legend::draw_axes(double x, double y, Sheet& sheet) const {
   const auto arrow = [&](double dx, double dy, std::string_view name) {
     const double tip_x = x + kAxis_pt * dx, tip_y = y + kAxis_pt * dy;

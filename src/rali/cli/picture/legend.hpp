@@ -11,23 +11,23 @@ namespace rali::cli {
 
 inline constexpr double kText_pt = 8.0, kTitle_pt = 10.0;
 
-/// What stands under the panels: scale bar and axes at the left, heights at the right, between them
-/// (or below, where that is too narrow) what the lines and marks mean.
+/// The area under the panels: scale bar and axes at the left, heights at the right. Between them,
+/// or below if there is no room, the key of lines and marks.
 class Legend {
  public:
   Legend(const std::vector<MapPicture>& panels, const Extent& z_m);
 
-  /// Of a label, in the order in which labels occur.
+  /// Number of a label, in the order in which labels occur.
   [[nodiscard]] std::size_t number_of(const std::string& label) const;
 
-  /// Before anything is measured or drawn: scale and axes of the map.
+  /// Sets scale and axes of the map; before anything is measured or drawn.
   void set_map(const PanelView& view, double width_pt);
 
-  /// Where an item of the legend stands.
+  /// Position of an item of the legend.
   struct Place {
-    double x = 0.0, y = 0.0;  ///< left end and base line, from the left end of the first row
+    double x = 0.0, y = 0.0;  ///< left end and baseline, from the left end of the first row
     double width = 0.0;
-    std::string text;  ///< shortened if need be
+    std::string text;  ///< shortened if necessary
   };
 
   [[nodiscard]] std::vector<Place> places(double width_pt, Sheet& measure) const;

@@ -13,9 +13,9 @@
 namespace rali::cli {
 namespace {
 
-/// Of the map's points, and the finest cell that is drawn of them.
+/// Spacing of the map's points, and the finest cell drawn.
 constexpr double kSpacing_m = 0.05, kCellMin_m = 0.025;
-/// Corners of a trajectory nearer than this to the one before are left out.
+/// Trajectory vertices closer than this to the previous one are omitted.
 constexpr double kCornerStep_pt = 0.2;
 constexpr double kSeam_pt = 0.45;
 constexpr double kSmallText_pt = 6.0;
@@ -42,7 +42,7 @@ Cells cells_of(const PanelView& view) {
 HeightLayers layers_of(const MapPicture& picture, const PanelView& view, const Cells& cells,
                        const Extent& z_m) {
   HeightLayers layers(cells.width, cells.height, z_m.low, z_m.high);
-  // Finer than the spacing of the points, each fills a square of that size.
+  // If cells are finer than the spacing of the points, each point fills a square of that size.
   const int reach = static_cast<int>(std::ceil(kSpacing_m / cells.cell_m - 1e-9));
   for (std::size_t i = 0; i < picture.x_m.size(); ++i) {
     const auto [right_m, up_m] = view.right_up_m(picture.x_m[i], picture.y_m[i]);
@@ -58,7 +58,7 @@ HeightLayers layers_of(const MapPicture& picture, const PanelView& view, const C
   return layers;
 }
 
-/// The points as an image, clear where there are none.
+/// The points as an image, transparent elsewhere.
 Image image_of(const MapPicture& picture, const PanelView& view, const Cells& cells,
                const Extent& z_m) {
   const HeightLayers layers = layers_of(picture, view, cells, z_m);
@@ -66,13 +66,13 @@ Image image_of(const MapPicture& picture, const PanelView& view, const Cells& ce
               &cairo_surface_destroy);
   cairo_surface_flush(image.get());
   unsigned char* data = cairo_image_surface_get_data(image.get());
-  if (data == nullptr) return image;  // its status ends the drawing
+  if (data == nullptr) return image;  // cairo's status then reports the error
   const auto stride = static_cast<std::size_t>(cairo_image_surface_get_stride(image.get()));
   for (int y = 0; y < cells.height; ++y) {
     for (int x = 0; x < cells.width; ++x) {
       const double strength = layers.strength(x, y);
       if (!(strength > 0.0)) continue;
-      const Colour colour = height_colour(layers.share(x, y));
+      const Colour colour = height_colour(layers.fraction(x, y));
       const auto part = [&](double of) {
         return static_cast<std::uint32_t>(std::lround(of * strength));
       };
@@ -86,7 +86,7 @@ Image image_of(const MapPicture& picture, const PanelView& view, const Cells& ce
   return image;
 }
 
-/// The line of a trajectory; what is no number parts it. (x, y): the view's top left corner.
+/// Draws the line of a trajectory; NaN interrupts it. (x, y): the view's top left corner.
 void trace(const PictureTrajectory& trajectory, const PanelView& view, double x, double y,
            Sheet& sheet) {
   bool open = false;
@@ -124,7 +124,7 @@ void draw_trajectory(const PictureTrajectory& trajectory, const PanelView& view,
     cairo_stroke(cairo);
     return;
   }
-  // A white seam sets it off from the points under it.
+  // A white outline separates it from the points below.
   sheet.set_colour(kWhite);
   cairo_set_line_width(cairo, kTrajectoryWidth_pt + 2.0 * kSeam_pt);
   cairo_stroke_preserve(cairo);
@@ -151,7 +151,7 @@ void draw_ends(const PictureTrajectory& trajectory, const PanelView& view, Colou
   draw_end(end_x, end_y, colour, sheet);
 }
 
-/// All trajectories: first the truths, then the others, then their ends.
+/// All trajectories: first the ground truths, then the others, then their ends.
 void draw_trajectories(const MapPicture& picture, const PanelView& view,
                        const LabelNumber& number_of, double x, double y, Sheet& sheet) {
   cairo_set_line_cap(sheet.cairo(), CAIRO_LINE_CAP_ROUND);

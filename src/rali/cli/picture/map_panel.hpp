@@ -9,7 +9,7 @@
 
 namespace rali::cli {
 
-/// From metres of the map to points of a panel.
+/// Transform from metres of the map to points of a panel.
 struct PanelView {
   bool turned = false;  ///< by 90 deg: x of the map points up, y to the left
   Extent right_m, up_m;
@@ -29,7 +29,7 @@ struct PanelView {
     return up_m.size() * pt_per_m + 2.0 * kPanelPad_pt;
   }
 
-  /// Room above each strip.
+  /// Space above each strip.
   [[nodiscard]] double gap_pt() const { return strips > 1 ? kStripGap_pt : 0.0; }
 
   [[nodiscard]] double height_pt() const {
@@ -39,7 +39,7 @@ struct PanelView {
 
 inline constexpr double kTruthWidth_pt = 3.4, kTrajectoryWidth_pt = 1.1;
 
-/// Number of a trajectory's label in the legend, from 0: gives colour and dashes.
+/// Number of a trajectory's label in the legend, from 0: determines colour and dashes.
 using LabelNumber = std::function<std::size_t(const std::string&)>;
 
 /// The map with its trajectories; (x, y) is the top left corner.
@@ -47,10 +47,10 @@ using LabelNumber = std::function<std::size_t(const std::string&)>;
 void draw_panel(const MapPicture& picture, const PanelView& view, const Extent& z_m,
                 const LabelNumber& number_of, double x, double y, Sheet& sheet);
 
-/// Colour and dashes of the i-th trajectory for what is drawn next.
+/// Sets colour and dashes of the i-th trajectory for subsequent drawing.
 void set_trajectory_style(std::size_t i, Sheet& sheet);
 
-/// Where a trajectory starts (a ring) and ends (a square).
+/// Marks the start (a ring) and the end (a square) of a trajectory.
 void draw_start(double x, double y, Colour colour, Sheet& sheet);
 void draw_end(double x, double y, Colour colour, Sheet& sheet);
 

@@ -14,7 +14,7 @@ namespace rali::cli {
 namespace {
 
 constexpr double kMargin_pt = 5.0, kLine_pt = 10.0;
-/// Fraction of the points beyond each edge of the picture: a few strays do not make the map small.
+/// Fraction of the points beyond each edge of the picture: a few outliers must not shrink the map.
 constexpr double kCut = 0.003, kHeightCut = 0.005;
 
 Extent extent_of_panel(const MapPicture& picture, int axis) {
@@ -24,13 +24,12 @@ Extent extent_of_panel(const MapPicture& picture, int axis) {
       if (p.allFinite()) extent.include(p[axis]);
     }
   }
-  // A map of one point has a size too.
+  // A map of one point must have a nonzero size.
   const double missing_m = std::max(1.0 - extent.size(), 0.0);
   return {extent.low - 0.5 * missing_m, extent.high + 0.5 * missing_m};
 }
 
-/// One view for each panel: the same part of the map across and the same scale, each its own
-/// height.
+/// One view for each panel: the same horizontal extent and scale, each its own height.
 std::vector<PanelView> views_of(const std::vector<MapPicture>& panels) {
   std::vector<Extent> x, y;
   Extent all_x, all_y;
@@ -48,7 +47,7 @@ std::vector<PanelView> views_of(const std::vector<MapPicture>& panels) {
   return views;
 }
 
-/// Heights of all panels, so that a colour means one height.
+/// Range of heights of all panels, so that a colour has one meaning.
 Extent heights_of(const std::vector<MapPicture>& panels) {
   Extent z;
   for (const MapPicture& panel : panels) z.include(extent_of(panel.z_m, kHeightCut));
@@ -56,7 +55,7 @@ Extent heights_of(const std::vector<MapPicture>& panels) {
   return z;
 }
 
-/// Everything of a sheet but its drawing.
+/// Everything of a sheet before drawing.
 struct Plan {
   Layout layout;
   std::vector<PanelView> views;
@@ -109,7 +108,7 @@ double height_of(const Plan& plan) {
   return height;
 }
 
-/// On a dot of the PNG, so that cells of the map and dots are one.
+/// Snaps to a dot of the PNG, so that cells of the map and dots coincide.
 double on_dot(double pt) { return std::round(pt / kDotPt) * kDotPt; }
 
 void draw_plan(const Plan& plan, const std::vector<MapPicture>& panels, const Extent& z_m,

@@ -74,9 +74,9 @@ TEST(HeightLayers, a_wall_is_strong_and_a_floor_below_a_ceiling_is_not) {
   layers.add(1, 0, 0.02);
   layers.add(1, 0, 2.95);
   EXPECT_EQ(layers.strength(0, 0), 1.0);
-  EXPECT_GT(layers.share(0, 0), 0.95);
+  EXPECT_GT(layers.fraction(0, 0), 0.95);
   EXPECT_LT(layers.strength(1, 0), 0.3);
-  EXPECT_LT(layers.share(1, 0), 0.05) << "the floor is shown, not the ceiling";
+  EXPECT_LT(layers.fraction(1, 0), 0.05) << "the floor is shown, not the ceiling";
   EXPECT_EQ(layers.strength(2, 0), 0.0);
 }
 
@@ -88,8 +88,8 @@ TEST(HeightLayers, strays_do_no_harm) {
   EXPECT_EQ(layers.strength(0, 0), 0.0);
   layers.add(0, 0, 1e30);
   layers.add(1, 1, -1e30);
-  EXPECT_LE(layers.share(0, 0), 1.0);
-  EXPECT_GE(layers.share(1, 1), 0.0);
+  EXPECT_LE(layers.fraction(0, 0), 1.0);
+  EXPECT_GE(layers.fraction(1, 1), 0.0);
 }
 
 /// CIE L*a*b* of linear RGB, D65.
@@ -283,7 +283,7 @@ TEST(MapPicture, texts_hold_nothing_that_cairo_refuses) {
   EXPECT_EQ(missing_font(), "") << "packages.txt installs fonts-dejavu-core";
 }
 
-/// A cloud and trajectories of 3 m and of none, as `rali map` writes them.
+/// A cloud and trajectories of 3 m and of zero length, as `rali map` writes them.
 std::string small_run(const io::TestFolder& folder) {
   std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 50\nproperty float x\n"

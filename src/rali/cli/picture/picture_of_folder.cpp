@@ -16,9 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// With more vehicles than this the caption gives their sum alone.
+/// With more vehicles the caption gives only their total.
 constexpr std::size_t kNamedVehiclesMax = 4;
-/// A vehicle that never was farther from its start stands: its path is jitter.
+/// A vehicle that stayed within this distance of its start is at standstill: its path is noise.
 constexpr double kStandstill_m = 0.5;
 
 Status read_points(const std::string& out_dir, MapPicture& picture) {
@@ -32,7 +32,7 @@ Status read_points(const std::string& out_dir, MapPicture& picture) {
   return {};
 }
 
-/// Trajectories in the order of their names as people count.
+/// Trajectories in natural order of their names.
 std::vector<std::string> trajectory_files(const std::string& out_dir) {
   std::vector<std::string> names;
   std::error_code error;
@@ -74,7 +74,7 @@ std::string distances_of(const std::vector<PictureTrajectory>& trajectories) {
   return text;
 }
 
-/// Where `rali evaluate` has judged the run: the truth, and the error in the caption.
+/// If `rali evaluate` has run: adds the ground truth, and the error in the caption.
 Status add_truth(const std::string& out_dir, MapPicture& picture) {
   std::error_code error;
   if (!fs::exists(out_dir + "/evaluation.json", error)) return {};
@@ -82,7 +82,7 @@ Status add_truth(const std::string& out_dir, MapPicture& picture) {
   if (!run) return tl::make_unexpected(run.error());
   for (const report::VehicleView& vehicle : run->vehicles) {
     PictureTrajectory truth{"truth", true, {}};
-    for (const report::WayPoint& point : vehicle.truth) truth.points_map_m.push_back(point.p_m);
+    for (const report::PathPoint& point : vehicle.truth) truth.points_map_m.push_back(point.p_m);
     if (!truth.points_map_m.empty()) picture.trajectories.push_back(std::move(truth));
   }
   for (const report::Measured& measured : run->evaluation) {

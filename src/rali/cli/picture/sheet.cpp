@@ -34,7 +34,7 @@ cairo_surface_t* make_surface(double width_pt, double height_pt, PictureFormat f
                                     static_cast<int>(std::ceil(height_pt / kDotPt)));
 }
 
-/// Bytes of the UTF-8 character that `text` starts with; 0 if it starts with none.
+/// Bytes of the UTF-8 character that `text` starts with; 0 if invalid.
 std::size_t character_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned first = byte(0);

@@ -20,18 +20,18 @@ struct Colour {
 
 inline constexpr double kPointsPerInch = 72.0;
 inline constexpr double kPointsPerMm = kPointsPerInch / 25.4;
-/// Of a PNG, and of the points of the map in all formats: what journals ask of figures.
+/// Of a PNG, and of the rasterised map points in all formats: what journals require of figures.
 inline constexpr double kDotsPerInch = 300.0;
 inline constexpr double kDotPt = kPointsPerInch / kDotsPerInch;
 
 enum class PictureFormat { kPng, kPdf, kSvg };
 
-/// By the ending of a file's name; nothing for other endings.
+/// By the extension of a file's name; nothing for other extensions.
 [[nodiscard]] std::optional<PictureFormat> picture_format_of(std::string_view path);
 
 /// A white sheet that cairo draws on. Lengths are points (1/72 inch) from the top left corner, y
-/// down. The same drawing gives the same bytes: texts are neither hinted nor rounded to pixels, and
-/// no file holds a date.
+/// down. The same drawing gives the same bytes: text is neither hinted nor rounded to pixels, and
+/// no file contains a date.
 class Sheet {
  public:
   Sheet(double width_pt, double height_pt, PictureFormat format);
@@ -41,7 +41,7 @@ class Sheet {
   void set_colour(Colour colour);
   void line(double x0, double y0, double x1, double y1, double width, Colour colour);
 
-  /// One line of text; (x, y) is the left end of its base line. Bytes that are no UTF-8 and control
+  /// One line of text; (x, y) is the left end of its baseline. Bytes that are not UTF-8 and control
   /// characters become '?'.
   void text(double x, double y, double size, std::string_view text, Colour colour,
             bool bold = false);
@@ -61,17 +61,18 @@ class Sheet {
   void set_font(double size, bool bold);
 
   PictureFormat format_;
-  std::unique_ptr<std::vector<std::byte>> bytes_;  ///< at one place while cairo writes into it
+  std::unique_ptr<std::vector<std::byte>> bytes_;  ///< at a fixed address while cairo writes into
+                                                   ///< it
   std::unique_ptr<cairo_surface_t, Destroy> surface_;
   std::unique_ptr<cairo_t, Destroy> cairo_;
 };
 
-/// What stands in for the font of all pictures where that is not installed, as one sentence for
-/// users; empty if it is.
+/// Name of the fallback font if the font of all pictures is not installed, as one sentence for
+/// users; empty if it is installed.
 [[nodiscard]] std::string missing_font();
 
-/// The text with a '?' for each byte that is no UTF-8 or a control character: others make cairo
-/// refuse the whole sheet.
+/// The text with a '?' for each byte that is not UTF-8 or a control character: such bytes make
+/// cairo reject the whole sheet.
 [[nodiscard]] std::string drawable(std::string_view text);
 
 }  // namespace rali::cli

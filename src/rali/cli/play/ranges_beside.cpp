@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* kTopic = "/uwb/ranges";
 constexpr const char* kType = "rali_msgs/msg/Range";
-/// A frame of three nodes takes so long through a serial port and a driver.
+/// Delay of a frame of three nodes through a serial port and a driver.
 const Duration kDelay = Duration::from_s(0.003);
 
 float number_of(std::string_view text) {
@@ -52,7 +52,7 @@ class RangesBeside final : public io::MessageSource {
       const Time t = ranges_[at_].stamp + kDelay;
       if (t > message_.t_record) break;
       bytes_ = wire::encode(ranges_[at_++], wire::Encoding::kCdr);
-      // What was measured before the recording began is nothing that is played.
+      // Ranges measured before the recording began are not played.
       if (!began_ && t < message_.t_record) continue;
       out = {0, t, bytes_, 0};
       return true;

@@ -8,9 +8,9 @@
 
 namespace rali::cli {
 
-/// A recording with the ranges of a CSV file between its messages, as one vehicle's radio would
-/// have sent them: rali_msgs/Range on /uwb/ranges, each some milliseconds after its stamp.
-/// @param vehicle rows of which one end is this vehicle
+/// A recording with the ranges of a CSV file inserted between its messages, as published by one
+/// vehicle's radio: rali_msgs/Range on /uwb/ranges, each some milliseconds after its stamp.
+/// @param vehicle only rows with this vehicle at one end are used
 /// Errors: kInput (no such file, a column missing, no row of this vehicle)
 [[nodiscard]] Result<std::unique_ptr<io::MessageSource>> with_ranges(
     std::unique_ptr<io::MessageSource> recording, const std::string& csv,

@@ -44,7 +44,7 @@ class TickSource final : public io::MessageSource {
 };
 
 std::string ranges_file(const std::string& text) {
-  // Tests run side by side: each has a file of its own.
+  // Tests run in parallel: each has its own file.
   const std::string path = testing::TempDir() + "ranges_beside_" +
                            testing::UnitTest::GetInstance()->current_test_info()->name() + ".csv";
   const std::string whole = "stamp_s,from,to,range_m,rssi_dbm\n" + text;
@@ -70,7 +70,7 @@ TEST(RangesBeside, ranges_of_the_vehicle_come_between_the_messages_in_order_of_t
     ranges_m.push_back(range->range_m);
     EXPECT_LT(seconds_between(range->stamp, message.t_record), 0.01);
   }
-  EXPECT_EQ(ranges_m, (std::vector<double>{7.25, 7.5}));  // that from before the start is none
+  EXPECT_EQ(ranges_m, (std::vector<double>{7.25, 7.5}));  // the one before the start is dropped
   EXPECT_EQ(times_s.size(), 12U);
   EXPECT_TRUE(std::is_sorted(times_s.begin(), times_s.end()));
 }

@@ -13,7 +13,7 @@ namespace {
 using wire::Encoding;
 using wire::MessageKind;
 
-/// A step of the record times beyond this is a clock that was set, or a pause of the recorder.
+/// A larger step of the record times is a clock adjustment, or a pause of the recorder.
 constexpr double kBackMaxS = 1.0, kGapMaxS = 30.0;
 constexpr int kCloudDepth = 5, kSampleDepth = 200, kLatchedDepth = 100;
 constexpr std::uint64_t kProgressEvery = 64;
@@ -117,20 +117,20 @@ std::vector<std::string> RecordingPlayer::published() const {
   return {names.begin(), names.end()};
 }
 
-bool RecordingPlayer::is_heard() const {
+bool RecordingPlayer::is_received() const {
   enum : int { kCloud, kInertial, kOther };
 
-  std::map<int, bool> heard;
+  std::map<int, bool> received;
   for (const auto& [topic, outlet] : outlets_) {
     if (!outlet) continue;
     const int group = wire::is_cloud(outlet->kind)        ? kCloud
                       : outlet->kind == MessageKind::kImu ? kInertial
                                                           : kOther;
-    heard[group] = heard[group] || bus_.readers(outlet->publication) > 0;
+    received[group] = received[group] || bus_.readers(outlet->publication) > 0;
   }
-  if (heard.size() > 1) heard.erase(kOther);
-  return !heard.empty() &&
-         std::all_of(heard.begin(), heard.end(), [](const auto& one) { return one.second; });
+  if (received.size() > 1) received.erase(kOther);
+  return !received.empty() &&
+         std::all_of(received.begin(), received.end(), [](const auto& one) { return one.second; });
 }
 
 Time RecordingPlayer::due(Time t_record) {

@@ -18,12 +18,12 @@ namespace rali::cli {
 
 struct PlayOptions {
   std::string vehicle;              ///< "v1": topics become /v1/...; empty: as recorded
-  double rate = 1.0;                ///< times as fast as recorded
-  bool restamp = false;             ///< stamps as if it had been recorded now
+  double rate = 1.0;                ///< playback speed relative to the recording
+  bool restamp = false;             ///< shift stamps as if it were recorded now
   std::vector<std::string> topics;  ///< as recorded; empty: all of sensors and transforms
 };
 
-/// Time as the player sees it.
+/// The player's clock.
 struct PlayClock {
   std::function<Time()> now;
   std::function<bool(Time)> sleep_until;  ///< false: stop
@@ -32,12 +32,12 @@ struct PlayClock {
 struct PlayTally {
   std::uint64_t messages = 0, bytes = 0;
   std::uint64_t damaged = 0;  ///< not convertible to CDR
-  Duration latest;            ///< the worst delay behind the recording's own pace
+  Duration latest;            ///< the largest delay relative to the recorded times
   bool stopped = false;
 };
 
-/// Publishes the messages of a recording at the times at which they were recorded. CDR goes out
-/// byte for byte; ROS 1 is converted by the definitions in the file.
+/// Publishes the messages of a recording at their recorded times. CDR is published byte for byte;
+/// ROS 1 is converted by the definitions in the file.
 class RecordingPlayer {
  public:
   RecordingPlayer(io::MessageSource& source, net::RosBus& bus, PlayOptions options,
@@ -46,15 +46,15 @@ class RecordingPlayer {
   /// Advertises the topics that are known before the first message. Errors: kInput (none of them).
   [[nodiscard]] Status advertise();
 
-  /// Whether of clouds and of inertial samples, if there are any, one topic each has a reader; of
-  /// other topics one.
-  [[nodiscard]] bool is_heard() const;
+  /// Whether at least one cloud topic and one inertial topic, if there are any, have a subscriber;
+  /// without these, any topic.
+  [[nodiscard]] bool is_received() const;
 
-  /// @param on_progress called now and then with the share of the file and the tally
+  /// @param on_progress called periodically with the fraction of the file and the tally
   [[nodiscard]] Result<PlayTally> play(
       const std::function<void(double, const PlayTally&)>& on_progress);
 
-  /// Names as they are published.
+  /// Topic names as published.
   [[nodiscard]] std::vector<std::string> published() const;
 
   /// One sentence for each topic that is left out.

@@ -62,7 +62,7 @@ class FakeSource final : public io::MessageSource {
   std::size_t at_ = 0;
 };
 
-/// A network that writes down what it is told.
+/// A network that records what is published.
 class FakeBus final : public net::RosBus {
  public:
   struct Sent {
@@ -92,12 +92,12 @@ class FakeBus final : public net::RosBus {
 
   [[nodiscard]] int readers(int publication) const override {
     const std::string& name = topics.at(static_cast<std::size_t>(publication)).name;
-    return static_cast<int>(std::count(heard.begin(), heard.end(), name));
+    return static_cast<int>(std::count(received.begin(), received.end(), name));
   }
 
   std::vector<net::RosTopic> topics;
   std::vector<Sent> sent;
-  std::vector<std::string> heard;
+  std::vector<std::string> received;
 
  private:
   const Time& now_;
@@ -248,7 +248,7 @@ TEST_F(Player, a_clock_that_was_set_and_a_long_pause_are_not_waited_for) {
   add_range(500.5);
   add_range(-300.0);
   add_range(-299.0);
-  add_range(-299.2);  // a little out of order: at once
+  add_range(-299.2);  // slightly out of order: published at once
   (void)play();
   const std::vector<double> expected{0.0, 1.0, 1.0, 1.5, 1.5, 2.5, 2.5};
   const std::vector<double> sent = sent_after_s();
@@ -256,7 +256,7 @@ TEST_F(Player, a_clock_that_was_set_and_a_long_pause_are_not_waited_for) {
   for (std::size_t i = 0; i < sent.size(); ++i) EXPECT_NEAR(sent[i], expected[i], 1e-6) << i;
 }
 
-TEST_F(Player, stops_when_it_is_told_to) {
+TEST_F(Player, stops_when_it_is_reported_to) {
   stop_ = start_ + Duration::from_s(1.0);
   add_range(0.0);
   add_range(5.0);
@@ -267,12 +267,12 @@ TEST_F(Player, stops_when_it_is_told_to) {
 
 TEST_F(Player, is_heard_once_a_cloud_and_an_imu_have_a_reader) {
   RecordingPlayer player(source_, bus_, options_, {});
-  EXPECT_FALSE(player.is_heard());
+  EXPECT_FALSE(player.is_received());
   ASSERT_TRUE(player.advertise());
-  bus_.heard = {"/ranges", "/points"};
-  EXPECT_FALSE(player.is_heard());
-  bus_.heard = {"/imu", "/points"};
-  EXPECT_TRUE(player.is_heard());
+  bus_.received = {"/ranges", "/points"};
+  EXPECT_FALSE(player.is_received());
+  bus_.received = {"/imu", "/points"};
+  EXPECT_TRUE(player.is_received());
 }
 
 TEST_F(Player, a_recording_without_sensors_is_refused) {

@@ -10,7 +10,7 @@
 namespace rali::cli {
 namespace {
 
-/// First line of what the vehicle says, without its full stop.
+/// First line of the vehicle's reply, without its full stop.
 std::string reason_of(const view::ViewReply& reply) {
   std::string line = printable(reply.body.substr(0, reply.body.find('\n')));
   while (!line.empty() && (line.back() == '.' || line.back() == '\r')) line.pop_back();

@@ -35,7 +35,7 @@ std::uint64_t cell_of(double x_m, double y_m, double z_m) {
   return part(x_m) << 42U | part(y_m) << 21U | part(z_m);
 }
 
-/// The row's keyframe; nothing where a cell is no number or the file lies outside of the folder.
+/// The row's keyframe; nothing if a cell is not numeric or the file is outside the folder.
 std::optional<Keyframe> keyframe_of(const io::CsvReader& csv, Time begin) {
   const std::optional<Time> stamp = io::parse_stamp(csv.cell(csv.column("stamp_s")));
   std::array<double, 7> v{};
@@ -73,7 +73,7 @@ std::vector<Keyframe> read_keyframes(const std::string& out_dir, Time begin) {
 
 using Times = std::unordered_map<std::uint64_t, float>;
 
-/// Cells that no earlier keyframe has get the time of this one.
+/// Cells without an earlier keyframe get the time of this one.
 void add_cloud(const std::string& out_dir, const Keyframe& keyframe, Times& times) {
   const auto cloud = io::read_cloud_file(out_dir + '/' + keyframe.file);
   if (!cloud) return;
@@ -92,7 +92,7 @@ void add_cloud(const std::string& out_dir, const Keyframe& keyframe, Times& time
   }
 }
 
-/// Earliest time of the cell and of those beside it.
+/// Earliest time of the cell and its neighbours.
 float time_near(const Times& times, double x_m, double y_m, double z_m) {
   float best = std::numeric_limits<float>::infinity();
   for (int i = 0; i < 27; ++i) {

@@ -28,7 +28,7 @@ TEST(PointTimes, a_point_has_the_time_of_the_first_keyframe_that_saw_it) {
   const io::TestFolder folder;
   std::filesystem::create_directories(folder.path("keyframes/v1"));
   folder.write("keyframes/v1/000000.pcd", kCloud);
-  // The same cloud from three places: 1 m before each, and turned about z at the last.
+  // The same cloud from three positions: 1 m ahead of each, and rotated about z at the last.
   folder.write("keyframes.csv",
                "id,vehicle,seq,stamp_s,x,y,z,qx,qy,qz,qw,points,file\n"
                "1,v1,1,109,5,0,0,0,0,0,1,1,keyframes/v1/000000.pcd\n"

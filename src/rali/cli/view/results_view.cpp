@@ -15,12 +15,11 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kStatesMax = 600, kPathPointsMax = 5000, kCloudPointsMax = 1'000'000;
-constexpr double kNear_s =
-    2.0;  ///< a pose, a covariance, a degeneracy of another time is not shown
+constexpr double kNear_s = 2.0;  ///< older poses, covariances and degeneracies are not shown
 
 json place(const geometry::Vec3& p_m) { return {p_m.x(), p_m.y(), p_m.z()}; }
 
-/// The last entry not after t_s, if it is near.
+/// The last entry not after t_s, if it is recent enough.
 template <class T>
 const T* entry_at(const std::vector<T>& list, double t_s) {
   const auto after = std::upper_bound(list.begin(), list.end(), t_s,
@@ -41,16 +40,16 @@ json ellipse_of(const report::SigmaPoint& point) {
 
 const report::Round* round_at(const report::RunData& run, double t_s) {
   for (const report::Round& round : run.rounds) {
-    if (t_s >= round.begin_s && !(t_s >= round.end_s)) return &round;
+    if (t_s >= round.start_s && !(t_s >= round.end_s)) return &round;
   }
   return nullptr;
 }
 
 /// Direction of motion around a row of a trajectory.
-void add_motion(const std::vector<report::WayPoint>& way, std::size_t row, json& vehicle) {
+void add_motion(const std::vector<report::PathPoint>& path, std::size_t row, json& vehicle) {
   constexpr std::size_t kReach = 5;
-  const report::WayPoint& a = way[row < kReach ? 0 : row - kReach];
-  const report::WayPoint& b = way[std::min(row + kReach, way.size() - 1)];
+  const report::PathPoint& a = path[row < kReach ? 0 : row - kReach];
+  const report::PathPoint& b = path[std::min(row + kReach, path.size() - 1)];
   const geometry::Vec3 step = b.p_m - a.p_m;
   const double speed_mps = b.t_s > a.t_s ? step.norm() / (b.t_s - a.t_s) : 0.0;
   vehicle["speed_mps"] = speed_mps;
@@ -66,22 +65,22 @@ json vehicle_at(const report::VehicleView& v, double t_s, const report::Round* r
     out["waits_for"] = v.name + " was not joined to the map.";
     return out;
   }
-  const report::WayPoint* pose = entry_at(v.way, t_s);
+  const report::PathPoint* pose = entry_at(v.path, t_s);
   if (pose == nullptr) {
-    if (v.way.empty() || t_s < v.way.front().t_s) return out;
+    if (v.path.empty() || t_s < v.path.front().t_s) return out;
     pose = &*std::prev(
-        std::upper_bound(v.way.begin(), v.way.end(), t_s,
-                         [](double t, const report::WayPoint& entry) { return t < entry.t_s; }));
+        std::upper_bound(v.path.begin(), v.path.end(), t_s,
+                         [](double t, const report::PathPoint& entry) { return t < entry.t_s; }));
     out["age_s"] = t_s - pose->t_s;
   }
   out["position_m"] = place(pose->p_m);
-  add_motion(v.way, static_cast<std::size_t>(pose - v.way.data()), out);
+  add_motion(v.path, static_cast<std::size_t>(pose - v.path.data()), out);
   if (const report::SigmaPoint* sigma = entry_at(v.sigmas, t_s)) {
     json ellipse = ellipse_of(*sigma);
     if (!ellipse.is_null()) out["ellipse"] = std::move(ellipse);
   }
   const report::DegeneracyPoint* degeneracy = entry_at(v.degeneracy, t_s);
-  if (degeneracy != nullptr && degeneracy->blind && degeneracy->axis.allFinite()) {
+  if (degeneracy != nullptr && degeneracy->degenerate && degeneracy->axis.allFinite()) {
     out["degenerate"] = {{"axis", place(degeneracy->axis)}};
   }
   return out;
@@ -102,8 +101,8 @@ json frontiers_of(const report::RunData& run, const report::Round& round) {
 double driven_m(const report::RunData& run, double t_s) {
   double sum = 0.0;
   for (const report::VehicleView& v : run.vehicles) {
-    for (std::size_t i = 1; i < v.way.size() && v.way[i].t_s <= t_s; ++i) {
-      sum += (v.way[i].p_m - v.way[i - 1].p_m).norm();
+    for (std::size_t i = 1; i < v.path.size() && v.path[i].t_s <= t_s; ++i) {
+      sum += (v.path[i].p_m - v.path[i - 1].p_m).norm();
     }
   }
   return sum;
@@ -133,16 +132,16 @@ json state_at(const report::RunData& run, double t_s, double distance_m) {
 }
 
 struct Span {
-  double begin_s = 0.0, end_s = 0.0;
+  double start_s = 0.0, end_s = 0.0;
   bool known = false;
 };
 
 Span span_of(const report::RunData& run) {
   Span span;
   for (const report::VehicleView& v : run.vehicles) {
-    if (v.way.empty()) continue;
-    const double begin = v.way.front().t_s, end = v.way.back().t_s;
-    span.begin_s = span.known ? std::min(span.begin_s, begin) : begin;
+    if (v.path.empty()) continue;
+    const double begin = v.path.front().t_s, end = v.path.back().t_s;
+    span.start_s = span.known ? std::min(span.start_s, begin) : begin;
     span.end_s = span.known ? std::max(span.end_s, end) : end;
     span.known = true;
   }
@@ -162,13 +161,13 @@ std::string results_state(const report::RunData& run) {
 
 std::string results_history(const report::RunData& run) {
   const Span span = span_of(run);
-  const double length_s = span.end_s - span.begin_s;
+  const double length_s = span.end_s - span.start_s;
   const auto states = static_cast<std::size_t>(
       std::clamp(std::ceil(length_s), 1.0, static_cast<double>(kStatesMax - 1)));
   json list = json::array();
   for (std::size_t i = 0; i <= states; ++i) {
     const double part = static_cast<double>(i) / static_cast<double>(states);
-    const double t_s = i == states ? span.end_s : span.begin_s + part * length_s;
+    const double t_s = i == states ? span.end_s : span.start_s + part * length_s;
     list.push_back(state_at(run, t_s, driven_m(run, t_s)));
   }
   return text_of({{"states", std::move(list)}});
@@ -177,14 +176,14 @@ std::string results_history(const report::RunData& run) {
 std::string results_paths(const report::RunData& run) {
   json paths = json::array();
   for (const report::VehicleView& v : run.vehicles) {
-    if (!v.in_map || v.way.empty()) continue;
+    if (!v.in_map || v.path.empty()) continue;
     json times = json::array(), positions = json::array(), degenerate = json::array();
-    const std::size_t step = (v.way.size() - 1) / kPathPointsMax + 1;
-    for (std::size_t i = 0; i < v.way.size(); i += step) {
-      const report::DegeneracyPoint* point = entry_at(v.degeneracy, v.way[i].t_s);
-      times.push_back(v.way[i].t_s);
-      positions.push_back(place(v.way[i].p_m));
-      degenerate.push_back(point != nullptr && point->blind ? 1 : 0);
+    const std::size_t step = (v.path.size() - 1) / kPathPointsMax + 1;
+    for (std::size_t i = 0; i < v.path.size(); i += step) {
+      const report::DegeneracyPoint* point = entry_at(v.degeneracy, v.path[i].t_s);
+      times.push_back(v.path[i].t_s);
+      positions.push_back(place(v.path[i].p_m));
+      degenerate.push_back(point != nullptr && point->degenerate ? 1 : 0);
     }
     paths.push_back({{"vehicle", v.name},
                      {"t_s", std::move(times)},

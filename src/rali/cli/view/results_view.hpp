@@ -25,7 +25,7 @@ namespace rali::cli {
 [[nodiscard]] wire::Bytes results_cloud(const report::RunData& run,
                                         const std::vector<float>& seen_s);
 
-/// Publishes all of them; who comes later gets them, too.
+/// Publishes all of them; later subscribers receive them, too.
 void publish_results(const report::RunData& run, const std::vector<float>& seen_s,
                      view::ViewServer& server);
 

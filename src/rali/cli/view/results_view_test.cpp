@@ -13,7 +13,8 @@ namespace {
 
 using nlohmann::json;
 
-/// v1 stands at the origin, v2 drives 1 m/s along y from second 2 to 12, in round 1 of v1.
+/// v1 is at standstill at the origin, v2 drives 1 m/s along y from second 2 to 12, in round 1 of
+/// v1.
 report::RunData small_run() {
   report::RunData run;
   run.name = "out";
@@ -22,12 +23,12 @@ report::RunData small_run() {
   run.vehicles[1].name = "v2";
   for (int i = 0; i <= 100; ++i) {
     const double t_s = 2.0 + 0.1 * i;
-    run.vehicles[0].way.push_back({t_s, {0, 0, 0}});
-    run.vehicles[1].way.push_back({t_s, {5, 0.1 * i, 0}});
+    run.vehicles[0].path.push_back({t_s, {0, 0, 0}});
+    run.vehicles[1].path.push_back({t_s, {5, 0.1 * i, 0}});
     report::DegeneracyPoint point;
     point.t_s = t_s;
     point.axis = {0, 1, 0};
-    point.blind = i >= 50;
+    point.degenerate = i >= 50;
     run.vehicles[1].degeneracy.push_back(point);
     report::SigmaPoint sigma;
     sigma.t_s = t_s;
@@ -37,7 +38,7 @@ report::RunData small_run() {
   report::Round round;
   round.round = "1";
   round.anchor = "v1";
-  round.begin_s = 0.0;
+  round.start_s = 0.0;
   round.end_s = 20.0;
   run.rounds = {round};
   run.warnings = {{"fleet.loop", "v2", "A loop was refused."}};
@@ -111,7 +112,7 @@ TEST(ResultsView, a_run_without_poses_map_or_rounds_gives_states_that_can_be_rea
 
 TEST(ResultsView, a_vehicle_that_ended_earlier_stays_where_it_was) {
   report::RunData run = small_run();
-  run.vehicles[0].way.resize(20);
+  run.vehicles[0].path.resize(20);
   const json state = json::parse(results_state(run));
   EXPECT_NEAR(state["vehicles"][0]["age_s"], 8.1, 1e-6);
   EXPECT_NEAR(state["vehicles"][0]["position_m"][0], 0.0, 1e-9);

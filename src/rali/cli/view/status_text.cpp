@@ -17,7 +17,7 @@ using Row = std::vector<std::string>;
 
 constexpr const char* kDash = "-";
 
-/// A member of an object; null where it is missing or `object` is none.
+/// A member of an object; null if it is missing or `object` is no object.
 const json& at(const json& object, const char* key) {
   static const json none;
   if (!object.is_object()) return none;

@@ -8,12 +8,12 @@
 namespace rali::cli {
 
 struct FleetStatus {
-  std::string text;    ///< mission, vehicles, links, ranges, what is wrong; a dash: not known
+  std::string text;    ///< mission, vehicles, links, ranges, problems; a dash: unknown
   bool alarm = false;  ///< the anchor is lost, or a diagnostic has level `error`
 };
 
-/// The fleet in a terminal, from the JSON of `/rali/state` (src/rali/view/README.md). Errors:
-/// kInput for what is no state.
+/// The fleet's state as terminal text, from the JSON of `/rali/state` (src/rali/view/README.md).
+/// Errors: kInput if it is not a state.
 [[nodiscard]] Result<FleetStatus> read_status(std::string_view state);
 
 }  // namespace rali::cli

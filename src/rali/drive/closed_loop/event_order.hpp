@@ -10,9 +10,9 @@
 
 namespace rali::drive {
 
-/// Puts what simulated sensors send in the order in which vehicles get it, as the loop over
-/// recordings does: by data time, inertial samples before ranges before sweeps; a range when it has
-/// met the other direction of its exchange, half a slot later.
+/// Puts the messages of simulated sensors into the order in which the loop over recordings delivers
+/// them: by data time, then inertial samples, ranges, scans. A range is due half a slot later, when
+/// it has been paired with the opposite direction of its exchange.
 class EventOrder {
  public:
   explicit EventOrder(const ranging::ExchangeSettings& exchange)
@@ -20,7 +20,7 @@ class EventOrder {
 
   void add(const sim::FleetMessage& message);
 
-  /// All that is due, given that nothing from before `now` will be added any more.
+  /// All messages that are due. The caller adds none from before `now` any more.
   [[nodiscard]] std::vector<sim::FleetMessage> take(Time now);
 
  private:

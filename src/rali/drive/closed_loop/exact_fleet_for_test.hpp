@@ -19,12 +19,12 @@
 
 namespace rali::drive {
 
-/// The fleet's software with vehicles that know exactly where they are and make keyframes of exact
-/// rays: missions of many minutes in seconds. Only what the fleet decides is under test.
+/// The fleet software with vehicles that have exact poses and make keyframes of exact rays:
+/// missions of many minutes in seconds. Only the fleet's decisions are under test.
 class ExactFleet final : public sim::FleetSoftware {
  public:
-  /// @param sim  not scripted, without LiDAR and inertial sensor
-  /// @param logs  vehicles keep logs and can be restarted
+  /// @param sim not scripted, without LiDAR and inertial sensor
+  /// @param logs vehicles keep logs and can be restarted
   ExactFleet(sim::FleetSimulation& sim, const fleet::NodeSettings& settings, bool logs)
       : ExactFleet(sim, settings, ComputerSettings{}, JobCost{}, logs) {}
 
@@ -33,22 +33,22 @@ class ExactFleet final : public sim::FleetSoftware {
                       bool logs = false)
       : sim_(sim),
         caster_(sim.mesh()),
-        nodes_(setup_of(sim, settings, computer, job_cost, logs), sim.t_begin()) {
+        nodes_(setup_of(sim, settings, computer, job_cost, logs), sim.t_start()) {
     for (int v = 0; v < sim.vehicles(); ++v) {
       Vehicle vehicle;
-      vehicle.T_odom_world = sim.truth(v, sim.t_begin()).state.T_world_body.inverse();
+      vehicle.T_odom_world = sim.truth(v, sim.t_start()).state.T_world_body.inverse();
       vehicles_.push_back(std::move(vehicle));
     }
   }
 
   void on_message(const sim::FleetMessage& message) override {
     if (const auto* range = std::get_if<sensor::RangeSample>(&message.data)) {
-      heard_range(range->from, range->to, *range);
-      heard_range(range->to, range->from, *range);
+      received_range(range->from, range->to, *range);
+      received_range(range->to, range->from, *range);
     } else if (const auto* radio = std::get_if<sensor::RadioSample>(&message.data)) {
       if (!nodes_.alive(radio->from.value)) return;
       const auto to = static_cast<std::size_t>(message.vehicle);
-      nodes_.tell(to, fleet::HeardRadio{radio->from, radio->rssi_dbm}, radio->t, executor_);
+      nodes_.report(to, fleet::ReceivedRadio{radio->from, radio->rssi_dbm}, radio->t, executor_);
     }
   }
 
@@ -65,7 +65,7 @@ class ExactFleet final : public sim::FleetSoftware {
 
   [[nodiscard]] FleetNodes& nodes() { return nodes_; }
 
-  /// A vehicle that was killed starts again; a new odom begins where it stands.
+  /// Restarts a killed vehicle; a new odom starts at its current pose.
   [[nodiscard]] Status restart(std::size_t v, Time now) {
     if (auto status = nodes_.restart(v); !status) return status;
     vehicles_[v] = {};
@@ -74,9 +74,9 @@ class ExactFleet final : public sim::FleetSoftware {
   }
 
   std::function<void(Time)> on_time;  ///< before each decision
-  /// What a node gives, before it is obeyed; may kill the vehicle.
+  /// Receives each output of a node before it takes effect; may kill the vehicle.
   std::function<void(std::size_t, const fleet::NodeOutput&)> on_output;
-  std::size_t most_anchors = 0;  ///< that acted at one time
+  std::size_t most_anchors = 0;  ///< maximum number of anchors acting at one time
 
  private:
   struct Vehicle {
@@ -96,32 +96,32 @@ class ExactFleet final : public sim::FleetSoftware {
     setup.node = settings;
     setup.computer = computer;
     setup.job_cost = job_cost;
-    const geometry::SE3 T_v1_world = sim.truth(0, sim.t_begin()).state.T_world_body.inverse();
+    const geometry::SE3 T_v1_world = sim.truth(0, sim.t_start()).state.T_world_body.inverse();
     for (int v = 0; v < sim.vehicles(); ++v) {
       setup.names.push_back(fmt::format("v{}", v + 1));
       if (v == 0) continue;
       fleet::GivenStart start;
       start.relative_to = VehicleId{0};
       start.vehicle = VehicleId{static_cast<std::uint16_t>(v)};
-      start.T_relative_vehicle = T_v1_world * sim.truth(v, sim.t_begin()).state.T_world_body;
+      start.T_relative_vehicle = T_v1_world * sim.truth(v, sim.t_start()).state.T_world_body;
       setup.known.starts.push_back(start);
     }
     return setup;
   }
 
-  void heard_range(VehicleId self, VehicleId peer, const sensor::RangeSample& range) {
+  void received_range(VehicleId self, VehicleId peer, const sensor::RangeSample& range) {
     if (!nodes_.alive(self.value) || !nodes_.alive(peer.value)) return;
-    nodes_.tell(self.value, fleet::HeardRange{peer, range.range_m}, range.t, executor_);
+    nodes_.report(self.value, fleet::ReceivedRange{peer, range.range_m}, range.t, executor_);
   }
 
   void fact(std::size_t v, Time t, fleet::FactBody body) {
     const VehicleId id{static_cast<std::uint16_t>(v)};
     const std::uint32_t epoch = nodes_.node(v).epoch();
     const fleet::Fact made{{id, epoch, vehicles_[v].facts++}, t, std::move(body)};
-    nodes_.tell(v, fleet::OwnFact{std::make_shared<const fleet::Fact>(made)}, t, executor_);
+    nodes_.report(v, fleet::OwnFact{std::make_shared<const fleet::Fact>(made)}, t, executor_);
   }
 
-  /// Where it is, ten times a second; a node of its path each second, a keyframe each metre.
+  /// Its pose, ten times a second; a node of its path each second, a keyframe each metre.
   void measure(std::size_t v, Time now) {
     Vehicle& self = vehicles_[v];
     if (!nodes_.alive(v)) return;
@@ -131,7 +131,7 @@ class ExactFleet final : public sim::FleetSoftware {
     pose.T_odom_body = self.T_odom_world * state.T_world_body;
     pose.at_rest = state.v_world_mps.norm() < 0.02 && state.omega_body_radps.norm() < 0.02;
     pose.levelled = true;
-    nodes_.tell(v, pose, now, executor_);
+    nodes_.report(v, pose, now, executor_);
     const bool first = !self.last_keyframe;
     if (first) fact(v, now, fleet::EpochStart{nodes_.name(v), {geometry::Vec3::Zero()}});
     if (!nodes_.alive(v)) return;
@@ -161,7 +161,7 @@ class ExactFleet final : public sim::FleetSoftware {
     if (keyframe) fact(v, now, points_of(*step.keyframe, v, now));
   }
 
-  /// What 16 rings of 300 rays see, the other vehicles left out.
+  /// The points of 16 rings of 300 rays, without other vehicles.
   fleet::KeyframePoints points_of(std::uint32_t number, std::size_t v, Time now) {
     constexpr int kRings = 16, kRays = 300;
     constexpr double kReach_m = 60.0;

@@ -43,13 +43,13 @@ Finding refused(const Error& error) {
   return finding;
 }
 
-/// A round as one of its mission's anchors had it.
+/// A round as recorded by one of the mission's anchors.
 struct Entry {
   fleet::RoundRow row;
   std::size_t of = 0;
 };
 
-/// Rows by time. Who was cut off or died does not know that others went on without it.
+/// Rows by time. A vehicle that was cut off or died did not record that others continued.
 void put_in_order(std::vector<Entry>& entries) {
   std::stable_sort(entries.begin(), entries.end(),
                    [](const Entry& a, const Entry& b) { return a.row.start < b.row.start; });
@@ -75,11 +75,11 @@ FleetNodes::FleetNodes(const FleetNodesSetup& setup, Time begin)
     members_.emplace_back();
     members_.back().name = setup.names[i];
     const Status started = start(i);
-    RALI_ASSERT(started.has_value());  // from an empty memory
+    RALI_ASSERT(started.has_value());  // the log is empty
   }
 }
 
-/// The vehicle's software, from what its log holds.
+/// Starts the vehicle's software from the contents of its log.
 Status FleetNodes::start(std::size_t index) {
   Member& member = members_[index];
   fleet::NodeStart from;
@@ -95,8 +95,8 @@ Status FleetNodes::start(std::size_t index) {
   return {};
 }
 
-void FleetNodes::tell(std::size_t index, const fleet::NodeEvent& event, Time t,
-                      Executor& executor) {
+void FleetNodes::report(std::size_t index, const fleet::NodeEvent& event, Time t,
+                        Executor& executor) {
   Member& member = members_[index];
   step(index, event, t, executor);
   if (!member.alive || !member.state) return;
@@ -108,9 +108,9 @@ void FleetNodes::step(std::size_t index, const fleet::NodeEvent& event, Time t,
   const Member& member = members_[index];
   if (!member.alive) return;
   outputs_.clear();
-  const double begin_s = StepTimes::thread_s();
+  const double start_s = StepTimes::thread_s();
   member.node->step(event, t, outputs_);
-  step_times_.add(event, StepTimes::thread_s() - begin_s);
+  step_times_.add(event, StepTimes::thread_s() - start_s);
   for (const fleet::NodeOutput& output : outputs_) {
     if (setup_.watch) setup_.watch(index, output);
     if (!member.alive) return;
@@ -137,7 +137,7 @@ void FleetNodes::obey(std::size_t index, const fleet::NodeOutput& output, Time t
 
 void FleetNodes::collect_jobs(Executor& executor) {
   for (const SimulatedJobs::Done& done : jobs_.take(now_)) {
-    tell(done.owner, done.event, now_, executor);
+    report(done.owner, done.event, now_, executor);
   }
 }
 
@@ -156,23 +156,25 @@ void FleetNodes::collect_mail(Executor& executor) {
   unreadable_ += mail.unreadable;
   for (const Received& received : mail.received) {
     if (const auto* status = std::get_if<fleet::PeerStatus>(&received.envelope.message)) {
-      heard_.push_back({received.to.value, *status});
+      received_.push_back({received.to.value, *status});
     } else {
-      tell(received.to.value, received.envelope, now_, executor);
+      report(received.to.value, received.envelope, now_, executor);
     }
   }
 }
 
-void FleetNodes::say(std::size_t index, const fleet::PeerStatus& status) {
+void FleetNodes::report(std::size_t index, const fleet::PeerStatus& status) {
   const Member& member = members_[index];
   if (member.alive) send(member, {status.vehicle, std::nullopt, status});
 }
 
-/// The driver is told of a command one decision after it was given.
-void FleetNodes::tell_drive(std::size_t index, const sim::DriveReport& report, Executor& executor) {
+/// A driver reports a command one decision after it was given; earlier reports are of the previous
+/// one.
+void FleetNodes::report_drive(std::size_t index, const sim::DriveReport& drive,
+                              Executor& executor) {
   const Member& member = members_[index];
-  if (report.goals < member.goals) return;
-  tell(index, fleet::DriveStatus{member.obeyed, state_of(report.status)}, now_, executor);
+  if (drive.goals < member.goals) return;
+  report(index, fleet::DriveStatus{member.obeyed, state_of(drive.status)}, now_, executor);
 }
 
 std::vector<sim::DriveCommand> FleetNodes::decide(Time now,
@@ -183,8 +185,8 @@ std::vector<sim::DriveCommand> FleetNodes::decide(Time now,
   collect_mail(executor);
   std::vector<sim::DriveCommand> commands;
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (i < vehicles.size()) tell_drive(i, vehicles[i], executor);
-    tell(i, fleet::NodeTick{}, now_, executor);
+    if (i < vehicles.size()) report_drive(i, vehicles[i], executor);
+    report(i, fleet::NodeTick{}, now_, executor);
     if (auto c = command(i)) {
       if (c->kind == sim::DriveCommand::Kind::kGo && i < vehicles.size()) {
         members_[i].goals = vehicles[i].goals + 1;
@@ -255,7 +257,7 @@ MissionLog FleetNodes::log() const {
   std::vector<Entry> entries;
   std::vector<fleet::RoundMachine> machines;
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    log.said.push_back(link_.said(ids_[i]));
+    log.reported.push_back(link_.reported(ids_[i]));
     log.explored |= members_[i].alive && members_[i].node->explored();
     std::vector<fleet::RoundMachine> lives = members_[i].past;
     lives.push_back(members_[i].node->rounds());

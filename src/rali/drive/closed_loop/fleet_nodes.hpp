@@ -21,72 +21,72 @@
 
 namespace rali::drive {
 
-/// How a mission ended, as the fleet's software sees it.
+/// How a mission ended, as seen by the fleet software.
 struct MissionLog {
-  std::vector<fleet::RoundRow> rounds;        ///< each as its anchor had it
-  std::vector<fleet::FrontierRow> frontiers;  ///< `round` is that of `rounds`
-  bool explored = false;                      ///< no open frontier was left
-  bool ended = false;                         ///< by the fleet itself
+  std::vector<fleet::RoundRow> rounds;        ///< each as recorded by its anchor
+  std::vector<fleet::FrontierRow> frontiers;  ///< `round` refers to `rounds`
+  bool explored = false;                      ///< no open frontier remained
+  bool ended = false;                         ///< ended by the fleet itself
   std::uint64_t unreadable = 0;               ///< messages
-  std::vector<fleet::TrafficCount> said;      ///< by each vehicle, once however many hear it
+  std::vector<fleet::TrafficCount> reported;  ///< sent by each vehicle; a broadcast counts once
 };
 
 struct FleetNodesSetup {
   std::vector<std::string> names;  ///< by number
   fleet::NodeSettings node;
   fleet::FleetKnowledge known;
-  LinkSettings link;  ///< between any two; lossless unless told otherwise
+  LinkSettings link;  ///< between any two; lossless by default
   ComputerSettings computer;
   JobCost job_cost;
   std::uint64_t seed = 1;
-  /// Each vehicle keeps its facts and its role in a log in memory, and can be restarted. Costs the
-  /// encoding of each fact at each vehicle.
+  /// Each vehicle keeps its facts and its role in a log in memory, and can be restarted. Each
+  /// vehicle then encodes every fact, which costs time.
   bool logs = false;
-  /// Sees what a node gives before it is obeyed; may kill the vehicle, which then obeys no more.
+  /// Sees each output of a node before it takes effect; may kill the vehicle, whose further outputs
+  /// are then dropped.
   std::function<void(std::size_t index, const fleet::NodeOutput& output)> watch;
 };
 
-/// The parts that vehicles of one process play in their fleet, a radio of bytes between them, and
-/// the drivers' commands that come of it. Their jobs take the time that the vehicles' computers
-/// would need.
+/// The fleet nodes of all vehicles in one process, a byte-level radio between them, and the
+/// resulting drive commands. Jobs take the time that the vehicles' computers would need.
 class FleetNodes {
  public:
   FleetNodes(const FleetNodesSetup& setup, Time begin);
 
-  /// It is this late now: what is said is sent at this time.
+  /// Sets the current time: messages are sent with it.
   void advance(Time now) { now_ = std::max(now_, now); }
 
-  /// What a vehicle has measured or made. Nothing reaches one that is dead.
-  void tell(std::size_t index, const fleet::NodeEvent& event, Time t, Executor& executor);
+  /// Passes a measurement or result to the vehicle's node. Dead vehicles receive nothing.
+  void report(std::size_t index, const fleet::NodeEvent& event, Time t, Executor& executor);
 
-  /// What a vehicle says of itself to all others, over the radio. Nothing from one that is dead.
-  void say(std::size_t index, const fleet::PeerStatus& status);
+  /// Broadcasts a vehicle's peer state to all others by radio. Dead vehicles send nothing.
+  void report(std::size_t index, const fleet::PeerStatus& status);
 
-  struct HeardStatus {
+  struct ReceivedStatus {
     std::size_t to = 0;
     fleet::PeerStatus status;
   };
 
-  /// What arrived since the last call of what others said of themselves: it is for the odometry.
-  [[nodiscard]] std::vector<HeardStatus> take_heard() { return std::exchange(heard_, {}); }
+  /// Peer states that arrived since the last call; the odometry takes them.
+  [[nodiscard]] std::vector<ReceivedStatus> take_received() { return std::exchange(received_, {}); }
 
-  /// Brings jobs that have ended and the mail, tells all how their drives go and what time it is,
-  /// and returns what changed in where they are to go.
+  /// Delivers finished jobs and messages, reports drive status and time to all nodes, and returns
+  /// the changes of their drive orders.
   [[nodiscard]] std::vector<sim::DriveCommand> decide(Time now,
                                                       std::span<const sim::DriveReport> vehicles,
                                                       Executor& executor);
 
-  /// Its process is gone: it does, hears and says nothing more, and its drive stops. What its log
-  /// had not synced is lost.
+  /// Ends the vehicle's process: it computes, receives and sends nothing more, and its drive stops.
+  /// What its log has not synced is lost.
   void kill(std::size_t index);
 
-  /// A vehicle that was killed starts again from its log, in its next epoch. Errors: kUsage for one
-  /// that is alive or has no log; those of StateDir::restore.
+  /// Restarts a killed vehicle from its log, in its next epoch. Errors: kUsage for a vehicle that
+  /// is alive or has no log; those of StateDir::restore.
   [[nodiscard]] Status restart(std::size_t index);
 
   [[nodiscard]] bool alive(std::size_t index) const { return members_[index].alive; }
 
-  /// All who are alive say that the mission is over.
+  /// All vehicles that are alive report the mission as over.
   [[nodiscard]] bool finished() const;
 
   [[nodiscard]] MissionLog log() const;
@@ -110,7 +110,7 @@ class FleetNodes {
   [[nodiscard]] const Loopback& radio() const { return link_; }
 
  private:
-  /// What is left when a process is gone.
+  /// What outlives a process.
   struct Disk {
     std::shared_ptr<factlog::MemoryLog> log = std::make_shared<factlog::MemoryLog>();
     std::shared_ptr<factlog::MemorySlots> slots = std::make_shared<factlog::MemorySlots>();
@@ -119,11 +119,11 @@ class FleetNodes {
   struct Member {
     std::string name;
     Disk disk;
-    std::optional<StateDir> state;          ///< with a log
+    std::optional<StateDir> state;          ///< set if logs are kept
     std::vector<fleet::RoundMachine> past;  ///< of the nodes before the last restart
     std::unique_ptr<fleet::Node> node;
     bool alive = true;
-    bool stopped = false;      ///< dead, and its driver was told
+    bool stopped = false;      ///< dead, and the stop command was given
     std::uint64_t obeyed = 0;  ///< number of the last order that became a command
     std::uint64_t goals = 0;   ///< of the driver, when that command was given
   };
@@ -135,7 +135,7 @@ class FleetNodes {
   void send(const Member& member, const fleet::Envelope& envelope);
   void collect_jobs(Executor& executor);
   void collect_mail(Executor& executor);
-  void tell_drive(std::size_t index, const sim::DriveReport& report, Executor& executor);
+  void report_drive(std::size_t index, const sim::DriveReport& drive, Executor& executor);
   [[nodiscard]] std::optional<sim::DriveCommand> command(std::size_t index);
 
   FleetNodesSetup setup_;
@@ -146,8 +146,8 @@ class FleetNodes {
   std::vector<Member> members_;
   fleet::NodeOutputs outputs_;
   FindingList findings_;
-  std::vector<HeardStatus> heard_;
-  Time now_;  ///< of the last decision: the radio's clock
+  std::vector<ReceivedStatus> received_;
+  Time now_;  ///< of the last decision; the radio's clock
   std::uint64_t unreadable_ = 0;
 };
 

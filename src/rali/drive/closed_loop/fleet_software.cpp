@@ -37,14 +37,14 @@ void ClosedLoopFleet::hand_over(const sim::FleetMessage& message) {
   if (const auto* range = std::get_if<sensor::RangeSample>(&message.data)) {
     const std::size_t from = range->from.value, to = range->to.value;
     if (from >= members_.size() || to >= members_.size()) return;
-    if (!nodes_.alive(from) || !nodes_.alive(to)) return;  // its radio is dead, too
+    if (!nodes_.alive(from) || !nodes_.alive(to)) return;  // a dead vehicle's radio is dead, too
     deliver(from, *range);
     deliver(to, *range);
-    tell(from, fleet::HeardRange{range->to, range->range_m}, range->t);
-    tell(to, fleet::HeardRange{range->from, range->range_m}, range->t);
+    report(from, fleet::ReceivedRange{range->to, range->range_m}, range->t);
+    report(to, fleet::ReceivedRange{range->from, range->range_m}, range->t);
   } else if (const auto* radio = std::get_if<sensor::RadioSample>(&message.data)) {
     if (radio->from.value >= members_.size() || !nodes_.alive(radio->from.value)) return;
-    tell(vehicle, fleet::HeardRadio{radio->from, radio->rssi_dbm}, radio->t);
+    report(vehicle, fleet::ReceivedRadio{radio->from, radio->rssi_dbm}, radio->t);
   } else if (const auto* imu = std::get_if<sensor::ImuSample>(&message.data)) {
     deliver(vehicle, *imu);
   } else {
@@ -63,15 +63,16 @@ void ClosedLoopFleet::follow(std::size_t index, const vehicle::OutputList& outpu
   Member& member = members_[index];
   for (const vehicle::Output& output : outputs) {
     if (const auto* pose = std::get_if<vehicle::PoseEstimate>(&output)) {
-      tell(index, own_pose(*pose, member.levelled), pose->t);
+      report(index, own_pose(*pose, member.levelled), pose->t);
     } else if (const auto* made = std::get_if<vehicle::FactMade>(&output)) {
-      tell(index, fleet::OwnFact{made->fact}, made->fact->t);
+      report(index, fleet::OwnFact{made->fact}, made->fact->t);
     } else if (const auto* status = std::get_if<vehicle::PeerStatus>(&output)) {
       member.levelled = status->pose.has_value();
-      fleet::PeerStatus said = *status;
-      // The others know its pose in the frame of its first start; it does not any more.
-      if (nodes_.node(index).epoch() > 0) said.pose.reset();
-      nodes_.say(index, said);
+      fleet::PeerStatus reported = *status;
+      // Peers know its pose in the odom frame of its first start; after a restart that frame is
+      // lost.
+      if (nodes_.node(index).epoch() > 0) reported.pose.reset();
+      nodes_.report(index, reported);
     } else if (const auto* finding = std::get_if<Finding>(&output)) {
       findings_.push_back(*finding);
       findings_.back().vehicle = nodes_.name(index);
@@ -79,8 +80,8 @@ void ClosedLoopFleet::follow(std::size_t index, const vehicle::OutputList& outpu
   }
 }
 
-void ClosedLoopFleet::tell(std::size_t index, const fleet::NodeEvent& event, Time t) {
-  nodes_.tell(index, event, t, executor_);
+void ClosedLoopFleet::report(std::size_t index, const fleet::NodeEvent& event, Time t) {
+  nodes_.report(index, event, t, executor_);
 }
 
 std::vector<sim::DriveCommand> ClosedLoopFleet::decide(Time now,
@@ -88,8 +89,8 @@ std::vector<sim::DriveCommand> ClosedLoopFleet::decide(Time now,
   nodes_.advance(now);
   for (const sim::FleetMessage& message : order_.take(now)) hand_over(message);
   std::vector<sim::DriveCommand> commands = nodes_.decide(now, vehicles, executor_);
-  for (const FleetNodes::HeardStatus& heard : nodes_.take_heard()) {
-    deliver(heard.to, heard.status);
+  for (const FleetNodes::ReceivedStatus& received : nodes_.take_received()) {
+    deliver(received.to, received.status);
   }
   return commands;
 }

@@ -16,9 +16,9 @@ struct ClosedLoopSetup {
   FleetNodesSetup fleet;
 };
 
-/// The fleet's software on simulated vehicles: what `rali map` runs for each vehicle, its part in
-/// the fleet, and a radio of bytes between them. Same simulation and settings: same commands,
-/// whatever the number of threads.
+/// The fleet software on simulated vehicles: the odometry of `rali map` and a fleet node for each
+/// vehicle, and a byte-level radio between them. Same simulation and settings give the same
+/// commands, for any number of threads.
 class ClosedLoopFleet final : public sim::FleetSoftware {
  public:
   /// `executor` must outlive the object.
@@ -31,8 +31,8 @@ class ClosedLoopFleet final : public sim::FleetSoftware {
 
   [[nodiscard]] bool finished() const override { return nodes_.finished(); }
 
-  /// A vehicle that was killed (nodes().kill) starts again: its part in the fleet from its log, its
-  /// odometry anew, in its next epoch. Errors: those of FleetNodes::restart.
+  /// Restarts a killed vehicle (nodes().kill): its fleet node from its log, its odometry from
+  /// scratch, in its next epoch. Errors: those of FleetNodes::restart.
   [[nodiscard]] Status restart(std::size_t index);
 
   [[nodiscard]] MissionLog log() const { return nodes_.log(); }
@@ -53,7 +53,7 @@ class ClosedLoopFleet final : public sim::FleetSoftware {
   void hand_over(const sim::FleetMessage& message);
   void deliver(std::size_t to, const vehicle::Event& event);
   void follow(std::size_t index, const vehicle::OutputList& outputs);
-  void tell(std::size_t index, const fleet::NodeEvent& event, Time t);
+  void report(std::size_t index, const fleet::NodeEvent& event, Time t);
 
   std::vector<vehicle::VehicleSettings> settings_;
   Executor& executor_;

@@ -1,4 +1,4 @@
-// Missions on computers that need long for a solution of the map: tables are late, nothing else.
+// Missions on computers with slow map solutions: tables are late, with no other effect.
 #include <algorithm>
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ Flown fly(const Simulation& sim, const ComputerSettings& computer, const JobCost
   return flown;
 }
 
-/// Each job alone is longer than a lease.
+/// Each job alone takes longer than a lease.
 constexpr double kLong_s = 6.0;
 
 TEST(MissionJobs, solutions_of_six_seconds_cost_no_lease_and_the_mission_ends) {
@@ -60,7 +60,7 @@ TEST(MissionJobs, of_a_computer_ten_times_slower_than_measured_ends_likewise) {
   EXPECT_LT(slow.duration_s, 1.5 * measured.duration_s + 30.0);
 }
 
-// A step that draws shows here, however fast the computer is.
+// Reveals a step that draws, however fast the computer is.
 TEST(MissionJobs, all_that_is_drawn_is_drawn_by_jobs_and_goals_come_of_them) {
   const Simulation sim = three_rooms();
   ExactFleet fleet(*sim, without_loops());
@@ -96,7 +96,7 @@ TEST(MissionJobs, all_that_is_drawn_is_drawn_by_jobs_and_goals_come_of_them) {
 }
 
 // The role machine waits 30 s for the choice of the next anchor. Here the anchor cannot be the next
-// one: the tag has no way past it.
+// one: the tag has no path past it.
 TEST(MissionJobs, a_hand_over_waits_for_a_solution_that_is_longer_than_six_leases) {
   const Flown flown = fly(narrow_corridor(), {.cpu_factor = 10.0}, {.job_s = 4.0});
   EXPECT_TRUE(flown.finished);
@@ -112,9 +112,9 @@ TEST(MissionJobs, same_world_and_computer_give_the_same_rounds) {
     const Simulation sim = three_rooms();
     ExactFleet fleet(*sim, without_loops(), {.cpu_factor = 100.0});
     EXPECT_TRUE(sim::run_closed_loop(*sim, fleet, limited(30.0)).has_value());
-    std::vector<double> ways;
-    for (int v = 0; v < 3; ++v) ways.push_back(sim->way_m(v));
-    return std::pair(fleet.nodes().log().rounds, ways);
+    std::vector<double> paths;
+    for (int v = 0; v < 3; ++v) paths.push_back(sim->path_m(v));
+    return std::pair(fleet.nodes().log().rounds, paths);
   };
   EXPECT_EQ(run(), run());
 }

@@ -1,5 +1,5 @@
-// Missions from unknown to mapped. Vehicles know exactly where they are and see exact rays, so only
-// what the fleet decides, and how simulated vehicles obey, is under test.
+// Missions from unknown to mapped. Vehicles have exact poses and rays, so only the fleet's
+// decisions and the simulated vehicles' execution are under test.
 #include <algorithm>
 #include <limits>
 #include <set>
@@ -15,7 +15,7 @@ using geometry::Vec2;
 using geometry::Vec3;
 
 /// A room with a second one behind a gap of 0.7 m: rays and a map of cells of 0.2 m show a path
-/// through it, vehicles need 0.76 m.
+/// through it, but vehicles need 0.76 m.
 Simulation room_behind_a_gap() {
   sim::World world;
   world.mesh.add_box({4.0, 0.0, 0.0}, {14.0, 8.0, 3.0}, 0.0, 0.6);
@@ -38,8 +38,7 @@ Simulation anchor_behind_a_gap() {
   return driven(std::move(world), 2);
 }
 
-/// Ground and two walls, 40 m long and 5 m apart; behind either end is nothing that a ray could
-/// meet.
+/// Ground and two walls, 40 m long and 5 m apart; beyond both ends rays meet nothing.
 Simulation open_tunnel(double start_x_m) {
   sim::World world;
   world.mesh.add_box({16.0, 0.0, -0.2}, {40.0, 5.4, 0.2}, 0.0, 0.6);
@@ -58,7 +57,7 @@ fleet::NodeSettings short_of_hearing(double distance_m = 12.0) {
   return settings;
 }
 
-/// Least distance between two vehicles so far.
+/// Minimum distance between two vehicles so far.
 struct Distances {
   explicit Distances(const sim::FleetSimulation& simulation) : sim(simulation) {}
 
@@ -67,22 +66,22 @@ struct Distances {
       for (int b = 0; b < a; ++b) {
         const Vec3 between =
             sim.truth(a, now).state.T_world_body.p - sim.truth(b, now).state.T_world_body.p;
-        least_m = std::min(least_m, between.norm());
+        min_m = std::min(min_m, between.norm());
       }
     }
   }
 
   const sim::FleetSimulation& sim;
-  double least_m = std::numeric_limits<double>::infinity();
+  double min_m = std::numeric_limits<double>::infinity();
 };
 
-/// True if some vehicle that is alive has this place on the ground as free in the map in which it
-/// looked for frontiers last. Maps begin where v1 started.
+/// True if this place on the ground is free in the map in which some live vehicle last searched for
+/// frontiers. The map origin is the start of v1.
 bool is_mapped(const sim::FleetSimulation& sim, FleetNodes& nodes, const Vec3& place_world_m) {
-  const Vec3 p = sim.truth(0, sim.t_begin()).state.T_world_body.inverse() * place_world_m;
+  const Vec3 p = sim.truth(0, sim.t_start()).state.T_world_body.inverse() * place_world_m;
   for (std::size_t v = 0; v < nodes.size(); ++v) {
     const fleet::Exploration* exploration = nodes.alive(v) ? nodes.node(v).exploration() : nullptr;
-    const map::CellMap* map = exploration != nullptr ? exploration->errands().map() : nullptr;
+    const map::CellMap* map = exploration != nullptr ? exploration->dispatcher().map() : nullptr;
     if (map != nullptr && map->at(map->cell_at(p.head<2>())) == map::CellState::kFree) return true;
   }
   return false;
@@ -113,21 +112,21 @@ TEST(Mission, of_three_vehicles_ends_by_itself_when_the_last_room_is_mapped) {
     EXPECT_TRUE(is_mapped(*sim, fleet.nodes(), place)) << place.transpose();
   }
   EXPECT_EQ(fleet.most_anchors, 1U);
-  EXPECT_GT(distances.least_m, 0.7) << "vehicles are 0.6 m wide";
+  EXPECT_GT(distances.min_m, 0.7) << "vehicles are 0.6 m wide";
 }
 
 TEST(Mission, of_a_tag_that_cannot_pass_its_anchor_goes_on_with_the_roles_changed) {
   const Simulation sim = narrow_corridor();
   ExactFleet fleet(*sim, without_loops());
-  bool said = false;
+  bool reported = false;
   fleet.on_time = [&](Time) {
     const auto& rounds = fleet.nodes().node(0).rounds();
-    said = said || rounds.finished(VehicleId{1}) == fleet::FinishReason::kUnreachable;
+    reported = reported || rounds.finished(VehicleId{1}) == fleet::FinishReason::kUnreachable;
   };
   const auto mission = sim::run_closed_loop(*sim, fleet, limited(600.0));
   ASSERT_TRUE(mission.has_value()) << mission.error().message();
   EXPECT_TRUE(mission->finished);
-  EXPECT_TRUE(said) << "v2 has told why its part is over";
+  EXPECT_TRUE(reported) << "v2 has told why its part is over";
   const MissionLog log = fleet.nodes().log();
   ASSERT_GE(log.rounds.size(), 2U);
   EXPECT_EQ(log.rounds[0].anchor, VehicleId{0});
@@ -138,8 +137,8 @@ TEST(Mission, of_a_tag_that_cannot_pass_its_anchor_goes_on_with_the_roles_change
   EXPECT_TRUE(is_mapped(*sim, fleet.nodes(), Vec3(9.3, 11.0, 0.0)));
 }
 
-// The anchor that was left behind had no path past the other vehicle to any frontier, so it stayed
-// anchor, and the mission ended half way.
+// Without closing up, the anchor left behind had no path past the other vehicle to any frontier. It
+// stayed anchor, and the mission ended half-way.
 TEST(Mission, a_vehicle_behind_closes_up_when_the_one_ahead_is_as_far_as_it_may_be) {
   const Simulation sim = narrow_corridor(1.8);
   fleet::NodeSettings settings = short_of_hearing(8.0);
@@ -150,11 +149,11 @@ TEST(Mission, a_vehicle_behind_closes_up_when_the_one_ahead_is_as_far_as_it_may_
   EXPECT_TRUE(mission->finished);
   EXPECT_TRUE(fleet.nodes().log().explored);
   EXPECT_TRUE(is_mapped(*sim, fleet.nodes(), Vec3(9.3, 11.0, 0.0)));
-  EXPECT_GT(sim->way_m(1), 3.0) << "v2 has followed";
+  EXPECT_GT(sim->path_m(1), 3.0) << "v2 has followed";
 }
 
-// Each anchor once counted its own visits: what one had given up the next one opened again, here
-// behind everybody, and the mission ended with a frontier left that two vehicles had been to.
+// If each anchor counts its own visits, the next one reopens what the previous one had given up.
+// Here that was behind all vehicles, and the mission ended with a visited frontier left open.
 TEST(Mission, what_one_anchor_has_given_up_the_next_one_does_not_open_again) {
   const Simulation sim = open_tunnel(0.0);
   ExactFleet fleet(*sim, short_of_hearing());
@@ -167,18 +166,19 @@ TEST(Mission, what_one_anchor_has_given_up_the_next_one_does_not_open_again) {
   for (const fleet::RoundRow& round : log.rounds) anchors.insert(round.anchor);
   EXPECT_EQ(anchors.size(), 2U);
   std::set<std::uint32_t> given_up;
-  std::set<std::pair<std::uint32_t, std::uint32_t>> told;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> reported;
   for (const fleet::FrontierRow& row : log.frontiers) {
     const bool open = row.state == map::FrontierState::kOpen;
-    EXPECT_TRUE(told.insert({row.round, row.id}).second) << row.id << " in round " << row.round;
+    EXPECT_TRUE(reported.insert({row.round, row.id}).second) << row.id << " in round " << row.round;
     EXPECT_FALSE(open && given_up.contains(row.id)) << row.id << " in round " << row.round;
     if (row.reason == "visited without change") given_up.insert(row.id);
   }
   EXPECT_EQ(given_up.size(), 2U) << "one at either end";
 }
 
-// There is no way to where one stands already, so nobody was sent there and nobody came: a tunnel
-// that was explored ended with its last frontier open, under the vehicle that had come to see it.
+// There is no path to a vehicle's own position, so no vehicle was sent there and no visit counted.
+// A fully explored tunnel then ended with its last frontier open, under a vehicle that had come for
+// it.
 TEST(Mission, whoever_stands_at_a_frontier_has_come_to_it) {
   for (const double start_x_m : {-3.6, -3.2, -2.6}) {
     const Simulation sim = open_tunnel(start_x_m);
@@ -189,8 +189,8 @@ TEST(Mission, whoever_stands_at_a_frontier_has_come_to_it) {
   }
 }
 
-// Each vehicle once tried the same frontier again in every round, or it counted as seen since two
-// drives to it had ended elsewhere.
+// Prevents two failures: each vehicle tries the same frontier again in every round; a frontier
+// counts as seen because two drives to it ended elsewhere.
 TEST(Mission, ends_when_each_vehicle_has_found_no_path_to_what_is_left_and_names_it) {
   const Simulation sim = room_behind_a_gap();
   ExactFleet fleet(*sim, without_loops());
@@ -214,8 +214,8 @@ TEST(Mission, ends_when_each_vehicle_has_found_no_path_to_what_is_left_and_names
   EXPECT_GE(tried, 1U);
 }
 
-// The detour past the anchor led through the gap. The frontier counted as one to which the vehicle
-// has no path.
+// The detour past the anchor led through the gap. The frontier then counted as unreachable for the
+// vehicle.
 TEST(Mission, a_vehicle_that_cannot_pass_its_anchor_drives_to_the_frontier_without) {
   const Simulation sim = anchor_behind_a_gap();
   ExactFleet fleet(*sim, without_loops());
@@ -230,7 +230,7 @@ TEST(Mission, that_a_dead_vehicle_stops_says_that_it_stands_in_every_path) {
   ExactFleet fleet(*sim, without_loops());
   bool dead = false;
   fleet.on_time = [&](Time now) {
-    if (dead || seconds_between(sim->t_begin(), now) < 5.0) return;
+    if (dead || seconds_between(sim->t_start(), now) < 5.0) return;
     fleet.nodes().kill(0);
     dead = true;
   };
@@ -254,7 +254,7 @@ TEST(Mission, goes_on_to_its_end_when_the_anchor_dies_and_loses_nothing_that_any
   std::optional<std::size_t> dead;
   std::vector<fleet::FactPtr> held;
   fleet.on_time = [&](Time now) {
-    if (dead || seconds_between(sim->t_begin(), now) < 12.0) return;
+    if (dead || seconds_between(sim->t_start(), now) < 12.0) return;
     dead = anchor_of(fleet.nodes());
     ASSERT_TRUE(dead);
     fleet.nodes().kill(*dead);
@@ -283,7 +283,7 @@ TEST(Mission, goes_on_to_its_end_when_the_anchor_dies_and_loses_nothing_that_any
   EXPECT_EQ(fleet.most_anchors, 1U);
   EXPECT_TRUE(is_mapped(*sim, fleet.nodes(), Vec3(20.0, 4.0, 0.0)));
   ASSERT_FALSE(held.empty());
-  // Points go to the anchor alone: it must have them all, whoever had told them to the dead one.
+  // Points go to the anchor alone: it must have them all, including those reported to the dead one.
   const fleet::FactStore& last = fleet.nodes().node(log.rounds.back().anchor.value).store();
   for (const fleet::FactPtr& fact : held) {
     EXPECT_NE(last.find(fact->key), nullptr) << fact->key.vehicle.value << '/' << fact->key.seq;
@@ -293,7 +293,7 @@ TEST(Mission, goes_on_to_its_end_when_the_anchor_dies_and_loses_nothing_that_any
 TEST(Mission, an_anchor_that_falls_silent_for_half_a_minute_joins_again) {
   const Simulation sim = three_rooms();
   ExactFleet fleet(*sim, without_loops());
-  const Time begin = sim->t_begin();
+  const Time begin = sim->t_start();
   fleet.nodes().radio().cut_off(VehicleId{0}, begin + Duration::from_s(12.0),
                                 begin + Duration::from_s(42.0));
   const auto mission = sim::run_closed_loop(*sim, fleet, limited(900.0));
@@ -316,12 +316,12 @@ TEST(Mission, same_world_gives_the_same_rounds_and_the_same_ways) {
     const Simulation sim = three_rooms();
     ExactFleet fleet(*sim, without_loops());
     EXPECT_TRUE(sim::run_closed_loop(*sim, fleet, limited(30.0)).has_value());
-    std::vector<double> ways;
+    std::vector<double> paths;
     for (int v = 0; v < 3; ++v) {
       const Vec3 p = sim->truth(v, sim->t_end()).state.T_world_body.p;
-      ways.insert(ways.end(), {p.x(), p.y(), sim->way_m(v)});
+      paths.insert(paths.end(), {p.x(), p.y(), sim->path_m(v)});
     }
-    return std::pair(fleet.nodes().log().rounds, ways);
+    return std::pair(fleet.nodes().log().rounds, paths);
   };
   const auto first = run();
   EXPECT_EQ(first, run());

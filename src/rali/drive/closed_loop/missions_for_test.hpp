@@ -1,6 +1,6 @@
 #pragma once
 
-// Worlds and settings of missions whose vehicles know exactly where they are.
+// Worlds and settings of missions whose vehicles have exact poses.
 
 #include <memory>
 #include <utility>
@@ -24,7 +24,7 @@ inline Simulation driven(sim::World world, int vehicles) {
   return std::move(*sim);
 }
 
-/// Three rooms in a row, each of which hides the next: walls with doors on changing sides.
+/// Three rooms in a row, each of which hides the next: walls with doors on alternating sides.
 inline Simulation three_rooms() {
   sim::World world;
   world.mesh.add_box({9.0, 0.0, 0.0}, {26.0, 12.0, 3.0}, 0.0, 0.6);
@@ -35,8 +35,7 @@ inline Simulation three_rooms() {
   return driven(std::move(world), 3);
 }
 
-/// A corridor around a corner. The first vehicle stands ahead of the second, which cannot get past
-/// it.
+/// A corridor around a corner. The first vehicle is ahead of the second, which cannot pass it.
 inline Simulation narrow_corridor(double width_m = 1.4, int vehicles = 2) {
   const double half = 0.5 * width_m;
   sim::World world;

@@ -12,8 +12,8 @@ fleet::OwnPose own_pose(const vehicle::PoseEstimate& pose, bool levelled) {
   own.T_odom_body = pose.T_odom_body;
   own.at_rest = pose.at_rest;
   own.levelled = levelled;
-  own.blind = pose.degeneracy.blind;
-  own.blind_odom = pose.degeneracy.blind_odom;
+  own.degenerate = pose.degeneracy.degenerate;
+  own.degenerate_odom = pose.degeneracy.degenerate_odom;
   const Eigen::SelfAdjointEigenSolver<geometry::Mat3> eigen(
       pose.covariance.bottomRightCorner<3, 3>(), Eigen::EigenvaluesOnly);
   const double largest = eigen.eigenvalues().maxCoeff();

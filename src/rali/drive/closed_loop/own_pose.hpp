@@ -5,7 +5,7 @@
 
 namespace rali::drive {
 
-/// What a vehicle's part in the fleet needs of its pose.
+/// The part of a pose estimate that the vehicle's fleet node needs.
 /// @param levelled the direction of gravity is known
 [[nodiscard]] fleet::OwnPose own_pose(const vehicle::PoseEstimate& pose, bool levelled);
 

@@ -16,8 +16,8 @@
 
 namespace rali::drive {
 
-/// What vehicles have promised over the radio, whatever became of them since: votes, roles, facts
-/// that they hold. Collects each promise that was broken.
+/// Promises that vehicles sent by radio, even if they failed later: votes, roles, facts that they
+/// hold. Collects each broken promise.
 class Promises {
  public:
   void on(std::size_t v, const fleet::NodeOutput& output) {
@@ -30,7 +30,7 @@ class Promises {
     }
   }
 
-  /// What a vehicle had named in an inventory it must have for ever. @return how many facts it is
+  /// Facts named in a vehicle's inventory must stay in its store. @return their number
   std::size_t check_facts(std::size_t v, const fleet::FactStore& store) {
     std::size_t facts = 0;
     for (const auto& [stream, promised] : held_[v]) {
@@ -54,7 +54,7 @@ class Promises {
       case fleet::RoleOp::kGrant:
         return vote(v, m.term, m.candidate);
       case fleet::RoleOp::kPropose:
-        return vote(v, m.term, self);  // who stands for election votes for itself
+        return vote(v, m.term, self);  // a vehicle that stands for election votes for itself
       case fleet::RoleOp::kCommit:
       case fleet::RoleOp::kHeartbeat:
       case fleet::RoleOp::kSeal:

@@ -1,5 +1,5 @@
-// Vehicles that die at any event of a mission, with what their logs had not synced, and start again
-// from what is left. Odometry and rays are exact: what the fleet promises itself is under test.
+// Vehicles that die at any event of a mission, lose what their logs had not synced, and restart
+// from the rest. Odometry and rays are exact: only the fleet's promises are under test.
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -11,11 +11,11 @@
 namespace rali::drive {
 namespace {
 
-/// Kills vehicles at random outputs of their nodes, in the midst of an event, and restarts them
+/// Kills vehicles at random outputs of their nodes, in the middle of an event, and restarts them
 /// half a second to some seconds later.
 struct Restarts {
-  Restarts(ExactFleet& killed, Time begin, std::uint64_t seed, std::size_t most, double between)
-      : fleet(killed), rng(seed, "restart"), limit(most), outputs_between(between), now(begin) {
+  Restarts(ExactFleet& killed, Time begin, std::uint64_t seed, std::size_t maximum, double between)
+      : fleet(killed), rng(seed, "restart"), limit(maximum), outputs_between(between), now(begin) {
     next = later();
     fleet.on_output = [this](std::size_t v, const fleet::NodeOutput& output) { on(v, output); };
     fleet.on_time = [this](Time t) { on(t); };
@@ -27,7 +27,7 @@ struct Restarts {
 
   void on(std::size_t v, const fleet::NodeOutput& output) {
     if (++outputs >= next && count < limit && !dead) {
-      // Before it is obeyed: what is saved and what is sent is what came before.
+      // Before this output takes effect: only earlier outputs are saved or sent.
       next = later();
       ++count;
       dead = v;
@@ -93,7 +93,7 @@ TEST(Restart, at_any_event_a_mission_ends_and_no_promise_is_broken) {
   for (std::uint64_t seed = 0; seed < missions; ++seed) {
     const Simulation sim = three_rooms();
     ExactFleet fleet(*sim, settings_of(10.0), true);
-    Restarts r(fleet, sim->t_begin(), seed, 1, 1000.0);
+    Restarts r(fleet, sim->t_start(), seed, 1, 1000.0);
     const auto mission = sim::run_closed_loop(*sim, fleet, limited(900.0));
     ASSERT_TRUE(mission.has_value()) << mission.error().message();
     EXPECT_TRUE(mission->finished) << seed;
@@ -107,17 +107,17 @@ TEST(Restart, at_any_event_a_mission_ends_and_no_promise_is_broken) {
   EXPECT_GT(facts, 0U);
 }
 
-// Whoever restarts so often is tied into no map, and need not be: estimates are rare, and what
-// vehicles promise each other is all that is looked at.
+// A vehicle that restarts this often is not joined to a map, and need not be: estimates are rare,
+// and only the promises between vehicles are checked.
 TEST(Restart, two_hundred_times_breaks_no_promise) {
   std::size_t restarts = 0, votes = 0;
   for (std::uint64_t seed = 0; seed < 20 && restarts < 200; ++seed) {
     const Simulation sim = three_rooms();
     fleet::NodeSettings settings = settings_of(600.0);
-    settings.fleet.loops.blind_tries = 0;
+    settings.fleet.loops.degenerate_tries = 0;
     settings.fleet.loops.scans_only_tries = 0;
     ExactFleet fleet(*sim, settings, true);
-    Restarts r(fleet, sim->t_begin(), 1000 + seed, 40, 200.0);
+    Restarts r(fleet, sim->t_start(), 1000 + seed, 40, 200.0);
     const auto mission = sim::run_closed_loop(*sim, fleet, limited(500.0));
     ASSERT_TRUE(mission.has_value()) << mission.error().message();
     r.check_at_end();

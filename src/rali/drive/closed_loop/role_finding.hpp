@@ -5,7 +5,7 @@
 
 namespace rali::drive {
 
-/// What a change of role means, for people.
+/// Explains a change of role to the user.
 [[nodiscard]] Finding role_finding(const fleet::RoleAction& action, Time t);
 
 }  // namespace rali::drive

@@ -8,8 +8,8 @@
 namespace rali::drive {
 
 Duration JobCost::of(fleet::JobKind kind, const fleet::JobWork& work) const {
-  const double begin_s = fleet::explores(kind) ? 0.0 : job_s;
-  return Duration::from_s(begin_s + node_s * static_cast<double>(work.nodes) +
+  const double start_s = fleet::explores(kind) ? 0.0 : job_s;
+  return Duration::from_s(start_s + node_s * static_cast<double>(work.nodes) +
                           submap_s * static_cast<double>(work.submaps) +
                           compared_s * static_cast<double>(work.compared) +
                           cell_drawn_s * static_cast<double>(work.cells_drawn) +

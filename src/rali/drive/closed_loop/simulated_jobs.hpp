@@ -22,10 +22,10 @@ struct ComputerSettings {
   }
 };
 
-/// How long a job takes, from what it had to do: no clock, so that runs repeat. Fitted to the CPU
-/// times of 26 estimates (0.09 to 3.7 s; the fit is within a factor of 1.7 of each) and of 144
-/// explorations (1 to 74 ms; most take half of the fit, those that plan many paths twice as long),
-/// see drive/README.md for the command.
+/// How long a job takes, computed from its amount of work instead of a clock, so that runs repeat.
+/// Fitted to the CPU times of 26 estimates (0.09 to 3.7 s; the fit is within a factor of 1.7 of
+/// each) and of 144 explorations (1 to 74 ms; most take half of the fit, those that plan many paths
+/// twice as long), see drive/README.md for the command.
 struct JobCost {
   double job_s = 0.0;
   double node_s = 0.001;
@@ -34,12 +34,12 @@ struct JobCost {
   double cell_drawn_s = 8e-9;
   double cell_searched_s = 12e-9;
 
-  /// `job_s` is of estimates only.
+  /// `job_s` applies to estimates only.
   [[nodiscard]] Duration of(fleet::JobKind kind, const fleet::JobWork& work) const;
 };
 
-/// Runs the jobs of vehicles of one process in virtual time: each is computed at once, and comes
-/// back when its simulated duration is over. Every vehicle has a core of its own for them.
+/// Runs the jobs of all vehicles of one process in virtual time. Each is computed at once and
+/// delivered when its simulated duration is over. Every vehicle has a core of its own for them.
 class SimulatedJobs {
  public:
   SimulatedJobs(const ComputerSettings& computer, const JobCost& cost)
@@ -47,10 +47,10 @@ class SimulatedJobs {
 
   void run(std::size_t owner, const fleet::RunJob& order, Time now, Executor& executor);
 
-  /// One that is under way comes back at once.
+  /// A running job is delivered at once.
   void cancel(std::size_t owner, std::uint64_t number, Time now);
 
-  /// The jobs of a process that is gone end with it: a new one counts its jobs anew.
+  /// Drops the jobs of a process that has ended: its successor numbers its jobs from the start.
   void forget(std::size_t owner);
 
   struct Done {
@@ -58,7 +58,7 @@ class SimulatedJobs {
     fleet::JobDone event;
   };
 
-  /// What a job has cost this process: what JobCost is fitted to. Two equal runs differ in it.
+  /// CPU time that a job took in this process; JobCost is fitted to it. Differs between equal runs.
   struct Spent {
     fleet::JobKind kind = fleet::JobKind::kEstimate;
     fleet::JobWork work;
@@ -67,7 +67,7 @@ class SimulatedJobs {
 
   [[nodiscard]] const std::vector<Spent>& spent() const { return spent_; }
 
-  /// Those that have ended up to now, in the order in which they did.
+  /// Jobs finished up to now, in the order of their completion.
   [[nodiscard]] std::vector<Done> take(Time now);
 
  private:
@@ -79,7 +79,7 @@ class SimulatedJobs {
   ComputerSettings computer_;
   JobCost cost_;
   std::vector<Spent> spent_;
-  std::vector<Entry> under_way_;  ///< in the order in which they began
+  std::vector<Entry> under_way_;  ///< in the order in which they started
 };
 
 }  // namespace rali::drive

@@ -72,7 +72,7 @@ TEST(SimulatedJobs, of_a_process_that_is_gone_never_come_back) {
 TEST(StepTimes, quantiles_are_right_to_a_tenth) {
   StepTimes times;
   for (int k = 1; k <= 1000; ++k) times.add(fleet::NodeTick{}, 1e-5 * k);
-  times.add(fleet::HeardRadio{}, 0.5);
+  times.add(fleet::ReceivedRadio{}, 0.5);
   const auto rows = times.rows();
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0].event, "radio");

@@ -17,9 +17,9 @@ struct Name {
 
   std::string_view operator()(const fleet::OwnPose&) const { return "pose"; }
 
-  std::string_view operator()(const fleet::HeardRange&) const { return "range"; }
+  std::string_view operator()(const fleet::ReceivedRange&) const { return "range"; }
 
-  std::string_view operator()(const fleet::HeardRadio&) const { return "radio"; }
+  std::string_view operator()(const fleet::ReceivedRadio&) const { return "radio"; }
 
   std::string_view operator()(const fleet::DriveStatus&) const { return "drive"; }
 

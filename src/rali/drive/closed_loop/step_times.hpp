@@ -11,14 +11,14 @@
 
 namespace rali::drive {
 
-/// Times of a kind of step, in a histogram whose bins grow by a tenth: 1 us to 100 s.
+/// Durations of one kind of step, in a histogram whose bins grow by a tenth: 1 us to 100 s.
 class TimeHistogram {
  public:
   void add(double s);
 
   [[nodiscard]] std::uint64_t count() const { return count_; }
 
-  /// The time below which this fraction lies, to a tenth; 0 without any.
+  /// The time below which this fraction of the steps lies, to a tenth; 0 without any.
   [[nodiscard]] double quantile_s(double fraction) const;
 
   [[nodiscard]] double max_s() const { return max_s_; }
@@ -31,14 +31,14 @@ class TimeHistogram {
   double max_s_ = 0.0;
 };
 
-/// How long nodes take for their steps, by kind of event. Steps are to be short: below 2 ms
-/// (architecture.md 4). Time of the thread's CPU: a step waits for nothing, and what else the
-/// machine does is no matter of it. Not part of what a run computes: two equal runs differ in it.
+/// How long nodes take for their steps, by kind of event. The limit is 2 ms (architecture.md 4).
+/// Measures CPU time of the thread: a step waits for nothing, and other load on the machine must
+/// not count. Not part of a run's results: two equal runs differ in it.
 class StepTimes {
  public:
   void add(const fleet::NodeEvent& event, double s);
 
-  /// CPU time of the calling thread [s], from whenever on.
+  /// CPU time of the calling thread [s], from an arbitrary origin.
   [[nodiscard]] static double thread_s();
 
   struct Row {
@@ -46,7 +46,7 @@ class StepTimes {
     const TimeHistogram* times = nullptr;
   };
 
-  /// Of each kind that came up.
+  /// One row for each kind of event that occurred.
   [[nodiscard]] std::vector<Row> rows() const;
 
   /// "tick: 1200 steps, p50 0.02 ms, p99.9 1.1 ms, max 1.3 ms", one line for each kind.

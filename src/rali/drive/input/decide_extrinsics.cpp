@@ -39,7 +39,7 @@ std::optional<InBody> find_in_body(const TfTree& tf, const std::string& frame) {
   return std::nullopt;
 }
 
-/// T_body_imu as given, or out of /tf_static. What was asked for by `auto` may be missing.
+/// T_body_imu as given, or from /tf_static. A transform requested by `auto` may be missing.
 Status decide_imu_pose(const InputOptions& options, const TfTree& tf, InputReport& report) {
   report.T_body_imu = options.T_body_imu;
   if (!options.imu_from_tf || !report.has_imu) return {};
@@ -94,13 +94,13 @@ Status from_tf(const InputOptions& options, const TfTree& tf, InputReport& repor
                           lidar_frame));
 }
 
-/// Turns an assumed T_body_lidar upright where the ground is clearly elsewhere.
+/// Turns an assumed T_body_lidar upright if it clearly contradicts the ground.
 void upright_by_ground(std::span<const PlaneDirection> planes, const geometry::Vec3& up_body,
                        InputReport& report) {
   const std::optional<double> tilt = ground_tilt_rad(planes, report.T_body_lidar.R, up_body);
   if (!tilt || *tilt * 180.0 / std::numbers::pi <= kUprightDeg) return;
-  // The nearest large plane under the assumed rotation is taken for the ground: among the ways to
-  // stand, the one that needs the smallest turn.
+  // The nearest large plane under the assumed rotation is taken as the ground: of all upright
+  // orientations, this needs the smallest rotation.
   geometry::Vec3 ground_body = up_body;
   double best = -2.0;
   for (const PlaneDirection& plane : planes) {
@@ -113,7 +113,7 @@ void upright_by_ground(std::span<const PlaneDirection> planes, const geometry::V
   report.T_body_lidar_origin = "ground";
 }
 
-void say_what_was_assumed(const InputOptions& options, InputReport& report) {
+void report_what_was_assumed(const InputOptions& options, InputReport& report) {
   const std::string words = extrinsics_in_words(
       report.T_body_lidar, report.T_body_imu_origin.starts_with('/') ? "body" : "IMU");
   const bool known = options.T_body_lidar || !report.has_imu ||
@@ -158,7 +158,7 @@ Status decide_extrinsics(const InputOptions& options, const TfTree& tf,
     if (!checked) return tl::make_unexpected(checked.error());
     for (Finding& f : *checked) report.findings.push_back(std::move(f));
   }
-  say_what_was_assumed(options, report);
+  report_what_was_assumed(options, report);
   return {};
 }
 

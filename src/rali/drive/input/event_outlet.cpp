@@ -10,9 +10,9 @@
 namespace rali::drive {
 namespace {
 
-constexpr double kWithoutImuMin = 0.1;   ///< share of the sweeps worth a word
-constexpr double kWithoutImuMost = 0.5;  ///< more is no map with inertial data
-/// More inertial samples out of order leave gaps that integration notices.
+constexpr double kWithoutImuMin = 0.1;  ///< fraction of the scans that is reported
+constexpr double kWithoutImuMax = 0.5;  ///< beyond it, the inertial data are unusable
+/// Beyond this fraction out of order, the gaps disturb integration.
 constexpr double kLateImuMax = 0.01;
 
 }  // namespace
@@ -22,7 +22,7 @@ void EventOutlet::push(const sensor::ImuSample& sample) {
 }
 
 void EventOutlet::push(std::shared_ptr<const sensor::LidarScan> scan) {
-  if (scan->size() == 0) {  // its time may be anything: none of its points tells
+  if (scan->size() == 0) {  // its time is unreliable without points
     ++empty_;
     ++empty_at_end_;
     return;
@@ -78,7 +78,7 @@ std::optional<vehicle::Event> EventOutlet::pop_range(InputReport& report) {
   return std::nullopt;
 }
 
-/// Where nothing is to be left out at the beginning, ranges before the first sensor event count.
+/// If the start is not cut, ranges before the first sensor event count, too.
 bool EventOutlet::is_in_time(Time t) const {
   if (!t_first_) return false;
   const double since_s = t.s() - t_first_->s();
@@ -87,13 +87,13 @@ bool EventOutlet::is_in_time(Time t) const {
 }
 
 void EventOutlet::count(const vehicle::Event& event, Time t, InputReport& report) {
-  if (report.sweeps + report.imu_samples == 0) report.t_begin = t;
+  if (report.scans + report.imu_samples == 0) report.t_start = t;
   report.t_end = t;
   if (const auto* scan = std::get_if<std::shared_ptr<const sensor::LidarScan>>(&event)) {
-    ++report.sweeps;
-    if (report.imu_samples == imu_at_last_sweep_) ++sweeps_without_imu_;
-    imu_at_last_sweep_ = report.imu_samples;
-    sweeps_.see(t);
+    ++report.scans;
+    if (report.imu_samples == imu_at_last_scan_) ++scans_without_imu_;
+    imu_at_last_scan_ = report.imu_samples;
+    scans_.see(t);
     report.gaps.nan_points += (*scan)->dropped_nan;
     if (!(*scan)->has_point_times && !(*scan)->deskewed) {
       report.gaps.no_time_points += (*scan)->size();
@@ -102,35 +102,35 @@ void EventOutlet::count(const vehicle::Event& event, Time t, InputReport& report
     ++report.imu_samples;
     imu_.see(t);
   }
-  report.gaps.missing_s = sweeps_.missing_s();
+  report.gaps.missing_s = scans_.missing_s();
   report.gaps.imu_missing_s = imu_.missing_s();
   report.gaps.late = window_.late();
 }
 
-/// Sweeps before the first and behind the last inertial sample are in no gap between two of them.
+/// Scans before the first or behind the last inertial sample are not in a gap between two samples.
 void EventOutlet::close_imu(InputReport& report) const {
-  if (!report.has_imu || report.sweeps == 0) return;
-  const double share =
-      static_cast<double>(sweeps_without_imu_) / static_cast<double>(report.sweeps);
-  if (share < kWithoutImuMin) return;
+  if (!report.has_imu || report.scans == 0) return;
+  const double fraction =
+      static_cast<double>(scans_without_imu_) / static_cast<double>(report.scans);
+  if (fraction < kWithoutImuMin) return;
   Finding f;
   f.id = "D10";
   f.vehicle = report.vehicle;
   f.topic = report.imu_topic;
   f.text = fmt::format("{} of {} scans have no inertial data: mapped with LiDAR alone there",
-                       sweeps_without_imu_, report.sweeps);
+                       scans_without_imu_, report.scans);
   f.remedy = "See rali doctor.";
-  f.value = share;
+  f.value = fraction;
   f.limit = kWithoutImuMin;
   report.findings.push_back(std::move(f));
-  report.gaps.imu_missing_s = std::max(
-      report.gaps.imu_missing_s, static_cast<double>(sweeps_without_imu_) * sweeps_.period_s());
-  report.gaps.damaged |= share > kWithoutImuMost;
+  report.gaps.imu_missing_s = std::max(report.gaps.imu_missing_s,
+                                       static_cast<double>(scans_without_imu_) * scans_.period_s());
+  report.gaps.damaged |= fraction > kWithoutImuMax;
 }
 
 void EventOutlet::close(InputReport& report) const {
   for (auto finding :
-       {gap_finding(sweeps_, "D01", "scans"), gap_finding(imu_, "D10", "inertial data")}) {
+       {gap_finding(scans_, "D01", "scans"), gap_finding(imu_, "D10", "inertial data")}) {
     if (!finding) continue;
     finding->vehicle = report.vehicle;
     report.findings.push_back(std::move(*finding));
@@ -144,13 +144,13 @@ void EventOutlet::close_late(InputReport& report) const {
   report.gaps.late = window_.late();
   report.gaps.late_scans = late_scans_;
   if (report.gaps.late == 0) return;
-  const double imu_share =
+  const double imu_fraction =
       static_cast<double>(late_imu_) /
       static_cast<double>(std::max<std::uint64_t>(1, late_imu_ + report.imu_samples));
-  report.gaps.damaged |= late_scans_ > 0 || imu_share > kLateImuMax;
+  report.gaps.damaged |= late_scans_ > 0 || imu_fraction > kLateImuMax;
   std::string what;
   if (late_scans_ > 0) {
-    what = fmt::format("{} of {}", late_scans_, counted(late_scans_ + report.sweeps, "scan"));
+    what = fmt::format("{} of {}", late_scans_, counted(late_scans_ + report.scans, "scan"));
   }
   if (late_imu_ > 0) {
     what += fmt::format("{}{} of {}", what.empty() ? "" : " and ", late_imu_,
@@ -165,16 +165,16 @@ void EventOutlet::close_late(InputReport& report) const {
   report.findings.push_back(std::move(f));
 }
 
-/// The sensor was there and saw nothing, or its driver failed: lost like a scan that is damaged.
+/// The sensor saw nothing or its driver failed: the scan is lost like a damaged one.
 void EventOutlet::close_empty(InputReport& report) const {
-  // Before the time asked for nothing counts.
+  // Scans before the requested time span do not count.
   const std::uint64_t at_start = start_s_ > 0.0 ? 0 : empty_at_start_;
   const std::uint64_t empty = empty_ - empty_at_start_ + at_start;
   report.gaps.empty_scans = empty;
   if (empty == 0) return;
   report.gaps.damaged = true;
-  // Between two scans they are gaps already.
-  report.gaps.missing_s += static_cast<double>(at_start + empty_at_end_) * sweeps_.period_s();
+  // Between two scans they already count as gaps.
+  report.gaps.missing_s += static_cast<double>(at_start + empty_at_end_) * scans_.period_s();
   Finding f;
   f.id = "D05";
   f.vehicle = report.vehicle;
@@ -182,7 +182,7 @@ void EventOutlet::close_empty(InputReport& report) const {
   f.text = fmt::format(
       "{} of {} hold no usable point (empty, NaN or beyond the range limits): "
       "missing like scans that never came",
-      empty, counted(empty + report.sweeps, "scan"));
+      empty, counted(empty + report.scans, "scan"));
   f.remedy = "See rali doctor.";
   f.value = static_cast<double>(empty);
   report.findings.push_back(std::move(f));

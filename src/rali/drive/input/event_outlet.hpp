@@ -12,19 +12,19 @@
 
 namespace rali::drive {
 
-/// The last stage of every source: puts events into order, cuts them to the time asked for and
-/// counts what is missing.
+/// The last stage of every source: sorts events, cuts them to the requested time span and counts
+/// what is missing.
 class EventOutlet final : public EventSink {
  public:
   explicit EventOutlet(const InputOptions& options)
       : start_s_(options.start_s), duration_s_(options.duration_s) {}
 
   void push(const sensor::ImuSample& sample) override;
-  /// Scans without a point too: they do not leave, but count as missing.
+  /// Also takes scans without points: they are not passed on, but count as missing.
   void push(std::shared_ptr<const sensor::LidarScan> scan) override;
 
-  /// Ranges wait beside the window: a radio with a wrong clock must not disturb the sensors. One
-  /// that comes too late leaves at once, with a stamp before the last event's.
+  /// Ranges wait outside the reordering window: a radio with a wrong clock must not disturb the
+  /// sensors. A late range is passed on at once, with a stamp before the last event's.
   void push(const sensor::RangeSample& sample) override;
 
   void finish() {
@@ -32,13 +32,13 @@ class EventOutlet final : public EventSink {
     finished_ = true;
   }
 
-  /// The next event in order, if one can leave; events outside the time asked for do not.
+  /// The next event in order, if one is ready; events outside the requested time span are dropped.
   [[nodiscard]] std::optional<vehicle::Event> pop(InputReport& report);
 
-  /// True once an event behind the time asked for was seen: nothing more will come.
+  /// True once an event behind the requested time span was seen: no more events will come.
   [[nodiscard]] bool past_end() const { return past_end_; }
 
-  /// Adds the findings of gaps and late events; call once, at the end.
+  /// Adds the findings about gaps and late events; call once, at the end.
   void close(InputReport& report) const;
 
  private:
@@ -46,9 +46,9 @@ class EventOutlet final : public EventSink {
   void close_late(InputReport& report) const;
   void close_empty(InputReport& report) const;
   void count(const vehicle::Event& event, Time t, InputReport& report);
-  /// The next sensor event within the time asked for becomes held_; false: none can leave yet.
+  /// Moves the next sensor event within the requested time span to held_; false: none is ready yet.
   [[nodiscard]] bool hold_next();
-  /// The first waiting range, if its turn is before the held event, or nothing else will come.
+  /// The first waiting range, if it precedes the held event or nothing else will come.
   [[nodiscard]] std::optional<vehicle::Event> pop_range(InputReport& report);
   [[nodiscard]] bool is_in_time(Time t) const;
 
@@ -58,10 +58,10 @@ class EventOutlet final : public EventSink {
   std::multimap<Time, sensor::RangeSample> ranges_;
   bool finished_ = false;
   std::optional<Time> t_first_;
-  GapWatch sweeps_{1.7, 0.0};
+  GapWatch scans_{1.7, 0.0};
   GapWatch imu_{4.0, 0.05};
-  std::uint64_t imu_at_last_sweep_ = 0;
-  std::uint64_t sweeps_without_imu_ = 0;  ///< no sample since the sweep before
+  std::uint64_t imu_at_last_scan_ = 0;
+  std::uint64_t scans_without_imu_ = 0;  ///< no sample since the previous scan
   std::uint64_t late_scans_ = 0, late_imu_ = 0;
   std::uint64_t empty_ = 0, empty_at_start_ = 0, empty_at_end_ = 0;  ///< scans without a point
   bool any_scan_ = false;

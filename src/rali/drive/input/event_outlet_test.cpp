@@ -19,13 +19,13 @@ sensor::RangeSample range_at(double t_s) {
 
 std::shared_ptr<const sensor::LidarScan> scan_at(double t_s) {
   auto scan = std::make_shared<sensor::LidarScan>();
-  scan->t_begin = Time::from_s(t_s - 0.1);
+  scan->t_start = Time::from_s(t_s - 0.1);
   scan->t_end = Time::from_s(t_s);
   scan->push_back(1.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0);
   return scan;
 }
 
-/// What leaves: i, s or r with its time in milliseconds.
+/// The events passed on: i, s or r with their times in milliseconds.
 std::string left(EventOutlet& outlet, InputReport& report) {
   std::string text;
   while (auto event = outlet.pop(report)) {
@@ -108,7 +108,7 @@ TEST(EventOutlet, ranges_outside_the_time_asked_for_are_left_out) {
   options.duration_s = 1.0;
   EventOutlet outlet(options);
   InputReport report;
-  outlet.push(range_at(10.0));  // says nothing about where the data begin
+  outlet.push(range_at(10.0));  // does not define the start of the data
   for (const double t_s : {11.0, 12.5, 14.0}) outlet.push(imu_at(t_s));
   for (const double t_s : {11.5, 12.2, 13.5}) outlet.push(range_at(t_s));
   outlet.finish();

@@ -8,12 +8,12 @@
 
 namespace rali::drive {
 
-/// Who puts events into their order: recordings and live sensors do it differently.
+/// Interface of what puts events into order: recordings and live sensors do it differently.
 class EventSink {
  public:
   virtual ~EventSink() = default;
   virtual void push(const sensor::ImuSample& sample) = 0;
-  /// Scans without a point too.
+  /// Also takes scans without points.
   virtual void push(std::shared_ptr<const sensor::LidarScan> scan) = 0;
   virtual void push(const sensor::RangeSample& sample) = 0;
 };

@@ -20,15 +20,15 @@ using geometry::Vec3;
 constexpr double kRadToDeg = 180.0 / std::numbers::pi;
 /// Steepest ramp on which a vehicle starts (27 %).
 constexpr double kTiltMaxDeg = 15.0;
-/// What "fits clearly better" means for an alternative.
+/// How well an alternative must fit to be proposed.
 constexpr double kFitsDeg = 7.0;
 constexpr double kCellM = 0.8;
 constexpr double kRangeM = 20.0;
 constexpr std::size_t kCellPoints = 12;
-constexpr double kShareMin = 0.04;
+constexpr double kFractionMin = 0.04;
 constexpr double kClusterCos = 0.966;   // 15 deg
 constexpr double kOtherWallCos = 0.87;  // 30 deg
-constexpr double kObliqueShare = 0.15;
+constexpr double kObliqueFraction = 0.15;
 
 struct Point {
   std::int64_t key;
@@ -58,7 +58,7 @@ std::vector<Point> near_points(std::span<const sensor::LidarScan> scans) {
 }
 
 /// Normal of one cell's points if they lie on a plane: thin, and wide in both other directions
-/// (points of one ring alone lie on a line).
+/// (points of a single ring lie on a line).
 std::optional<Vec3> cell_normal(std::span<const Point> cell) {
   if (cell.size() < kCellPoints) return std::nullopt;
   const auto n = static_cast<double>(cell.size());
@@ -81,7 +81,7 @@ struct Weighted {
   double weight;
 };
 
-/// All normals within 15 deg of the one that has most weight around it, taken out of the list.
+/// All normals within 15 deg of the one with the most weight around it, removed from the list.
 std::optional<Weighted> take_heaviest(std::vector<Weighted>& normals) {
   Weighted best{Vec3::Zero(), 0.0};
   for (const Weighted& centre : normals) {
@@ -99,7 +99,7 @@ std::optional<Weighted> take_heaviest(std::vector<Weighted>& normals) {
   return best;
 }
 
-/// The 24 ways to exchange axes without mirroring.
+/// The 24 axis permutations without mirroring.
 std::vector<Mat3> axis_exchanges() {
   std::vector<Mat3> all;
   std::array<int, 3> order = {0, 1, 2};
@@ -138,7 +138,7 @@ std::string what_fits(std::span<const PlaneDirection> planes, const Mat3& R_body
                        inverse_deg);
   }
   for (const Mat3& R : axis_exchanges()) {
-    // Among equal ones the first in a fixed order: yaw cannot be told from gravity.
+    // Among equal ones the first in a fixed order: gravity does not constrain yaw.
     if (tilt_deg(R) < kFitsDeg) {
       return fmt::format("Other axes fit ({:.1f} deg), up to yaw: {}.", tilt_deg(R),
                          axes_in_words(R));
@@ -147,8 +147,9 @@ std::string what_fits(std::span<const PlaneDirection> planes, const Mat3& R_body
   return "Neither the inverse nor other axes fit; is the accelerometer's sign right?";
 }
 
-/// Walls in at least two directions and nothing oblique: what sparse rings see of a narrow corridor
-/// whose floor is too near below them. One direction alone may be a ground under swapped axes.
+/// Walls in at least two directions and no oblique planes: what sparse rings see of a narrow
+/// corridor whose floor is too near below them. One direction alone may be a ground under swapped
+/// axes.
 bool only_walls_seen(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
                      const Vec3& up_body) {
   const double sine_of_tilt = std::sin(kTiltMaxDeg / kRadToDeg);
@@ -159,12 +160,12 @@ bool only_walls_seen(std::span<const PlaneDirection> planes, const Mat3& R_body_
     const double cosine = (R_body_lidar * plane.n_lidar).dot(up_body);
     const bool wall = std::abs(cosine) < sine_of_tilt;
     const bool ceiling = cosine < -std::cos(kTiltMaxDeg / kRadToDeg);
-    if (!wall && !ceiling) oblique += plane.share;
+    if (!wall && !ceiling) oblique += plane.fraction;
     if (!wall) continue;
     if (first == nullptr) first = &plane;
     two_directions = two_directions || plane.n_lidar.dot(first->n_lidar) < kOtherWallCos;
   }
-  return two_directions && oblique < kObliqueShare;
+  return two_directions && oblique < kObliqueFraction;
 }
 
 }  // namespace
@@ -177,7 +178,7 @@ std::vector<PlaneDirection> plane_directions(std::span<const sensor::LidarScan> 
     std::size_t end = begin;
     while (end < points.size() && points[end].key == points[begin].key) ++end;
     if (const auto n = cell_normal(std::span(points).subspan(begin, end - begin))) {
-      // One weight per cell: near cells hold many more points without covering more ground.
+      // One weight per cell: near cells hold many more points without covering more area.
       normals.push_back({*n, 1.0});
       total += 1.0;
     }
@@ -186,7 +187,7 @@ std::vector<PlaneDirection> plane_directions(std::span<const sensor::LidarScan> 
   std::vector<PlaneDirection> planes;
   while (planes.size() < 8) {
     const std::optional<Weighted> heaviest = take_heaviest(normals);
-    if (!heaviest || heaviest->weight < kShareMin * total || heaviest->weight < 5.0) break;
+    if (!heaviest || heaviest->weight < kFractionMin * total || heaviest->weight < 5.0) break;
     planes.push_back({heaviest->n, heaviest->weight / total});
   }
   return planes;
@@ -194,14 +195,14 @@ std::vector<PlaneDirection> plane_directions(std::span<const sensor::LidarScan> 
 
 std::optional<double> ground_tilt_rad(std::span<const PlaneDirection> planes,
                                       const Mat3& R_body_lidar, const Vec3& up_body) {
-  std::optional<double> least;
+  std::optional<double> minimum;
   for (const PlaneDirection& plane : planes) {
-    // The ground's normal points up to the sensor; a ceiling's points down and is not it.
+    // The ground's normal points up to the sensor; a ceiling's points down and is excluded.
     const double cosine = std::clamp((R_body_lidar * plane.n_lidar).dot(up_body), -1.0, 1.0);
     const double tilt = std::acos(cosine);
-    if (!least || tilt < *least) least = tilt;
+    if (!minimum || tilt < *minimum) minimum = tilt;
   }
-  return least;
+  return minimum;
 }
 
 Result<FindingList> check_extrinsics(std::span<const PlaneDirection> planes,
@@ -257,7 +258,7 @@ std::string extrinsics_in_words(const geometry::SE3& T, const std::string& origi
 
 std::optional<geometry::SE3> maker_extrinsics(const std::string& model,
                                               const std::string& imu_topic) {
-  // Only the LiDAR's own IMU sits there.
+  // Only for the LiDAR's own IMU.
   if (imu_topic.find("livox") == std::string::npos) return std::nullopt;
   geometry::SE3 T_body_lidar;
   if (model == "mid360") {

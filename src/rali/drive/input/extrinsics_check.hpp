@@ -16,36 +16,36 @@ namespace rali::drive {
 /// Directions of the large planes around the LiDAR, in the LiDAR frame.
 struct PlaneDirection {
   geometry::Vec3 n_lidar;  ///< unit; points from the plane to the sensor
-  double share = 0.0;      ///< of all points that lie on planes
+  double fraction = 0.0;   ///< of all points that lie on planes
 };
 
 /// The large planes of the first scans, most points first; at most eight.
 [[nodiscard]] std::vector<PlaneDirection> plane_directions(
     std::span<const sensor::LidarScan> scans);
 
-/// Tilt between "up" by gravity and the nearest plane that could be the ground under a rotation
-/// of the LiDAR in the body [rad]; empty without planes.
+/// Tilt between the gravity "up" and the nearest plane that could be the ground, for a given
+/// rotation of the LiDAR in the body [rad]; empty without planes.
 [[nodiscard]] std::optional<double> ground_tilt_rad(std::span<const PlaneDirection> planes,
                                                     const geometry::Mat3& R_body_lidar,
                                                     const geometry::Vec3& up_body);
 
-/// Compares T_body_lidar with gravity and the ground, at rest (algorithm: the ground is level to
-/// 15 deg where vehicles start; U12). What does not fit is an error (kInput) that names what would
-/// fit: the inverse, or another order of axes; with ExtrinsicsCheck::kWarn a finding D11. Where
-/// only walls are seen (a narrow corridor) gravity tells nothing about the axes: no complaint.
-/// @param up_body unit vector against gravity in body, from the accelerometer at rest
+/// Compares T_body_lidar with gravity and the ground, at standstill (algorithm: the ground is level
+/// to 15 deg where vehicles start; U12). A mismatch is an error (kInput) that names what would fit:
+/// the inverse, or another order of axes; with ExtrinsicsCheck::kWarn a finding D11. Where only
+/// walls are visible (a narrow corridor) gravity does not constrain the axes: no complaint.
+/// @param up_body unit vector against gravity in body, from the accelerometer at standstill
 [[nodiscard]] Result<FindingList> check_extrinsics(std::span<const PlaneDirection> planes,
                                                    const geometry::Mat3& R_body_lidar,
                                                    const geometry::Vec3& up_body,
                                                    const InputOptions& options);
 
 /// "0.08 m forward, 0.25 m up of the IMU, turned 1.5 deg left".
-/// @param origin what stands at the body's origin
+/// @param origin name of the sensor at the body's origin
 [[nodiscard]] std::string extrinsics_in_words(const geometry::SE3& T_body_sensor,
                                               const std::string& origin = "IMU");
 
-/// The maker's T_body_lidar for LiDARs with an IMU inside (body = that IMU); empty if unknown or
-/// if the IMU topic is not the LiDAR's own.
+/// The manufacturer's T_body_lidar for LiDARs with a built-in IMU (body = that IMU); empty if
+/// unknown or if the IMU topic is not the LiDAR's own.
 [[nodiscard]] std::optional<geometry::SE3> maker_extrinsics(const std::string& model,
                                                             const std::string& imu_topic);
 

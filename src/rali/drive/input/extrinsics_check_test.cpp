@@ -12,7 +12,7 @@ using geometry::Vec3;
 
 constexpr double kDeg = std::numbers::pi / 180.0;
 
-/// A floor 1 m below the sensor, 20 m x 20 m, seen by a LiDAR that is turned by R_body_lidar.
+/// A floor 1 m below the sensor, 20 m x 20 m, as scanned by a LiDAR rotated by R_body_lidar.
 sensor::LidarScan floor_seen(const Mat3& R_body_lidar) {
   sensor::LidarScan scan;
   for (double x = -10.0; x < 10.0; x += 0.15) {
@@ -90,7 +90,7 @@ TEST(Extrinsics, says_nothing_without_planes) {
   EXPECT_TRUE(check_extrinsics({}, Mat3::Identity(), Vec3::UnitZ(), {}));
 }
 
-TEST(Extrinsics, are_told_in_words) {
+TEST(Extrinsics, are_reported_in_words) {
   geometry::SE3 T;
   T.p = {0.08, 0.0, 0.25};
   T.R = geometry::rotation_from_rpy(0.0, 0.0, 1.5 * kDeg);

@@ -18,8 +18,8 @@ void GapWatch::see(Time t) {
     period_s_ = step_s;
     return;
   }
-  // The first steps may themselves be gaps: the period follows the smaller steps faster.
-  if (step_s > factor_ * period_s_ && step_s > least_s_) {
+  // The first steps may themselves be gaps: the period adapts faster to smaller steps.
+  if (step_s > factor_ * period_s_ && step_s > min_s_) {
     ++gaps_;
     missing_s_ += step_s - period_s_;
     if (step_s > longest_s_) {

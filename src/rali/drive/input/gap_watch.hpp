@@ -7,12 +7,12 @@
 
 namespace rali::drive {
 
-/// Counts what one stream of the events that leave lacks: watches the steps of its stamps.
+/// Counts the gaps in one stream of outgoing events by the steps of its stamps.
 class GapWatch {
  public:
-  /// @param factor a step of more than so many periods is a gap
-  /// @param least_s and at least so long
-  GapWatch(double factor, double least_s) : factor_(factor), least_s_(least_s) {}
+  /// @param factor a step of more than this many periods is a gap
+  /// @param min_s minimum length of a gap
+  GapWatch(double factor, double min_s) : factor_(factor), min_s_(min_s) {}
 
   void see(Time t);
 
@@ -24,11 +24,11 @@ class GapWatch {
 
   [[nodiscard]] Time t_longest() const { return t_longest_; }
 
-  /// Usual step [s], 0 before the third event.
+  /// Typical step [s], 0 before the third event.
   [[nodiscard]] double period_s() const { return period_s_; }
 
  private:
-  double factor_, least_s_;
+  double factor_, min_s_;
   std::optional<Time> last_;
   double period_s_ = 0.0;
   std::uint64_t gaps_ = 0;
@@ -36,7 +36,7 @@ class GapWatch {
   Time t_longest_;
 };
 
-/// The finding D01 (sweeps) or D10 (inertial samples) of what was missing; empty if nothing was.
+/// The finding D01 (scans) or D10 (inertial samples) about missing data; empty if none is missing.
 [[nodiscard]] std::optional<Finding> gap_finding(const GapWatch& watch, const std::string& id,
                                                  const std::string& what);
 

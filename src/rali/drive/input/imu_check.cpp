@@ -13,19 +13,19 @@ namespace {
 constexpr double kGravity = 9.80665;
 constexpr double kStretchS = 0.5;
 /// A gyro at rest shows its bias: cheap parts are specified to 3 deg/s = 0.05 rad/s, so 0.1 in
-/// "rad/s" is no bias. It may be a steady bend on a smooth floor, though, which is as quiet; only
-/// beyond 2 rad/s no vehicle turns without being felt by the accelerometer.
+/// "rad/s" is no bias. It may be a steady turn on a smooth floor, though, with as little noise.
+/// Only beyond 2 rad/s the accelerometer always senses a vehicle's turn.
 constexpr double kRestGyroMean = 0.1;
 constexpr double kSteadyTurnMax = 2.0;
-/// Noise from sample to sample, which no bend adds to: 0.05 in "rad/s" is a number of degrees.
+/// Noise from sample to sample, unaffected by turns: 0.05 in "rad/s" is a number of degrees.
 constexpr double kRestGyroNoise = 0.05;
-/// Means over 0.1 s at rest: they differ by the white noise that is left in them, and no more than
-/// this without; a vehicle that turns into a bend within the half second differs by more.
+/// Means over 0.1 s at rest differ by their remaining white noise, and otherwise by no more than
+/// this. A vehicle that starts a turn within the half second differs by more.
 constexpr double kBlockS = 0.1;
 constexpr double kRestGyroBlocks = 0.03;
 /// Spread of |a| at rest: 1 % is ten times the noise of the worst data sheet at 200 Hz.
-constexpr double kRestAccelShare = 0.015;
-/// No cart or car turns at 6 rad/s for half of a stretch; in deg/s that is a slow bend.
+constexpr double kRestAccelFraction = 0.015;
+/// No cart or car turns at 6 rad/s for half of an interval; in deg/s that is a slow turn.
 constexpr double kDrivingGyroMedian = 6.0;
 
 double median(std::vector<double>& values) {
@@ -35,7 +35,7 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-/// Largest spread of the three axes from sample to sample: white noise, but no turning.
+/// Largest spread of the three axes from sample to sample: white noise without rotation.
 double gyro_noise(std::span<const sensor::ImuSample> samples) {
   if (samples.size() < 2) return 0.0;
   geometry::Vec3 sum = geometry::Vec3::Zero();
@@ -45,7 +45,7 @@ double gyro_noise(std::span<const sensor::ImuSample> samples) {
   return std::sqrt(sum.maxCoeff() / (2.0 * static_cast<double>(samples.size() - 1)));
 }
 
-/// Whether the means over kBlockS of the gyro stay together as they do without motion.
+/// Whether the gyro's means over kBlockS agree as they do without motion.
 bool gyro_is_steady(std::span<const sensor::ImuSample> samples, double noise) {
   const double span_s = std::abs(seconds_between(samples.front().t, samples.back().t));
   const auto blocks = static_cast<std::size_t>(std::clamp(span_s / kBlockS, 2.0, 1e4));
@@ -57,7 +57,7 @@ bool gyro_is_steady(std::span<const sensor::ImuSample> samples, double noise) {
     for (const sensor::ImuSample& i : samples.subspan(b * length, length)) {
       mean += i.gyro_radps / static_cast<double>(length);
     }
-    // From the first sample on, so that squares of a large bias do not eat the digits.
+    // Relative to the first sample, so that squares of a large bias do not cost digits.
     mean -= samples.front().gyro_radps;
     sum += mean;
     sum_of_squares += mean.cwiseAbs2();
@@ -85,18 +85,19 @@ ImuStretch describe(std::span<const sensor::ImuSample> samples) {
   }
   s.accel_norm_median = median(norms);
   s.gyro_noise = gyro_noise(samples);
-  s.accel_std_share = s.accel_norm_median > 0.0 ? std::sqrt(accel_var) / s.accel_norm_median : 0.0;
-  s.t_begin = samples.front().t;
+  s.accel_std_fraction =
+      s.accel_norm_median > 0.0 ? std::sqrt(accel_var) / s.accel_norm_median : 0.0;
+  s.t_start = samples.front().t;
   s.t_end = samples.back().t;
-  s.at_rest = samples.size() >= 10 && s.accel_std_share < kRestAccelShare &&
+  s.at_rest = samples.size() >= 10 && s.accel_std_fraction < kRestAccelFraction &&
               gyro_is_steady(samples, s.gyro_noise);
   return s;
 }
 
-/// Rest before motion, then the quieter accelerometer.
+/// Standstill before motion, then the lower accelerometer noise.
 bool quieter(const ImuStretch& a, const ImuStretch& b) {
   if (a.at_rest != b.at_rest) return a.at_rest;
-  return a.accel_std_share < b.accel_std_share;
+  return a.accel_std_fraction < b.accel_std_fraction;
 }
 
 Finding finding(const char* id, Severity severity, const std::string& topic, std::string text,
@@ -119,7 +120,8 @@ Result<double> accel_scale(const ImuStretch& stretch, AccelUnit unit, const std:
   const std::string when = stretch.at_rest ? "at rest" : "while moving";
   if (a > 7.0 && a < 13.0) return 1.0;
   if (a > 0.7 && a < 1.4) {
-    // The maker's g is not documented (Livox-SDK#107): at rest the measured length is the unit.
+    // The manufacturer's g is not documented (Livox-SDK#107): at rest the measured norm is the
+    // unit.
     const double scale = stretch.at_rest ? kGravity / a : kGravity;
     findings.push_back(finding(
         "D08", Severity::kWarning, topic,
@@ -144,7 +146,7 @@ Result<double> accel_scale(const ImuStretch& stretch, AccelUnit unit, const std:
   return 1.0;
 }
 
-/// Rest shows a noise or a rate that is none in rad/s.
+/// At rest the noise or rate is impossible in rad/s.
 bool counts_degrees_at_rest(const ImuStretch& rest) {
   return rest.at_rest &&
          (rest.gyro_noise > kRestGyroNoise || rest.gyro_mean.norm() > kSteadyTurnMax);
@@ -182,7 +184,7 @@ double gyro_scale(std::span<const sensor::ImuSample> first, const ImuStretch& re
     return kDeg;
   }
   if (rest.at_rest && mean > kRestGyroMean && gyro_is_steady(first, rest.gyro_noise)) {
-    // A bias in deg/s and a steady bend look alike; a factor of 57 is not risked on a guess.
+    // A bias in deg/s and a steady turn look alike; a factor of 57 is not applied on a guess.
     findings.push_back(finding("D09", Severity::kWarning, topic,
                                fmt::format("the gyro shows a steady {:.3f} for the first {:.1f} s: "
                                            "a bend in rad/s, or a bias in deg/s; taken as rad/s",

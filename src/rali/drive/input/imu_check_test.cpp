@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kDeg = std::numbers::pi / 180.0;
 
-/// Two seconds at 200 Hz in the units asked for.
+/// Two seconds at 200 Hz in the given units.
 std::vector<sensor::ImuSample> at_rest(double accel, double gyro_bias, double gyro_noise) {
   Rng rng(1);
   std::vector<sensor::ImuSample> samples;
@@ -59,7 +59,7 @@ TEST(ImuUnits, recognises_degrees_by_a_large_bias_and_by_noise_at_rest) {
   }
 }
 
-/// Two seconds that begin straight and end in a bend, felt by nothing but the gyro.
+/// Two seconds that start straight and end in a turn, sensed by the gyro only.
 std::vector<sensor::ImuSample> smooth_bend(double rate_radps) {
   std::vector<sensor::ImuSample> samples = at_rest(9.81, 0.005, 0.003);
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -80,11 +80,11 @@ TEST(ImuUnits, does_not_take_a_smooth_bend_for_rest) {
 
 TEST(ImuUnits, prefers_rest_to_a_quieter_accelerometer_in_a_bend) {
   std::vector<sensor::ImuSample> samples = smooth_bend(0.6);
-  for (std::size_t i = 0; i < 120; ++i) samples[i].gyro_radps.z() = 0.0;  // stands for 0.6 s
+  for (std::size_t i = 0; i < 120; ++i) samples[i].gyro_radps.z() = 0.0;  // standstill for 0.6 s
   for (std::size_t i = 120; i < samples.size(); ++i) samples[i].accel_mps2 = {0.0, 0.0, 9.81};
   const ImuStretch quiet = quietest_stretch(samples);
   EXPECT_TRUE(quiet.at_rest);
-  EXPECT_EQ(quiet.t_begin, samples.front().t);
+  EXPECT_EQ(quiet.t_start, samples.front().t);
 }
 
 TEST(ImuUnits, leaves_a_steady_rate_as_radians_and_asks) {

@@ -8,10 +8,10 @@
 namespace rali::drive {
 namespace {
 
-/// Sensors start one after the other; a longer pause than this between them is no start.
+/// Sensors start one after the other; a longer pause between them is not due to the start.
 constexpr double kApart_s = 5.0;
-constexpr double kSamplesPerSweep = 2.0;
-constexpr std::size_t kStepsMin = 2;  ///< two steps tell a rate, one may be a gap
+constexpr double kSamplesPerScan = 2.0;
+constexpr std::size_t kStepsMin = 2;  ///< two steps give a rate, one may be a gap
 
 /// Median of the steps; empty with too few.
 std::optional<double> period_s(std::span<const Time> times) {
@@ -30,20 +30,20 @@ std::optional<double> period_s(std::span<const Time> times) {
 
 }  // namespace
 
-std::optional<std::string> unfit_inertial(std::span<const Time> sweeps, std::span<const Time> imu) {
-  if (sweeps.empty() || imu.empty()) return std::nullopt;
-  const auto [sweep_first, sweep_last] = std::minmax_element(sweeps.begin(), sweeps.end());
+std::optional<std::string> unfit_inertial(std::span<const Time> scans, std::span<const Time> imu) {
+  if (scans.empty() || imu.empty()) return std::nullopt;
+  const auto [scan_first, scan_last] = std::minmax_element(scans.begin(), scans.end());
   const auto [imu_first, imu_last] = std::minmax_element(imu.begin(), imu.end());
-  const double after_s = seconds_between(*sweep_last, *imu_first);
+  const double after_s = seconds_between(*scan_last, *imu_first);
   if (after_s > kApart_s) {
     return fmt::format("inertial data lie wholly after the scans, by {:.1f} s", after_s);
   }
-  const double before_s = seconds_between(*imu_last, *sweep_first);
+  const double before_s = seconds_between(*imu_last, *scan_first);
   if (before_s > kApart_s) {
     return fmt::format("inertial data lie wholly before the scans, by {:.1f} s", before_s);
   }
-  const std::optional<double> imu_s = period_s(imu), sweep_s = period_s(sweeps);
-  if (!imu_s || !sweep_s || kSamplesPerSweep * *imu_s <= *sweep_s) return std::nullopt;
+  const std::optional<double> imu_s = period_s(imu), scan_s = period_s(scans);
+  if (!imu_s || !scan_s || kSamplesPerScan * *imu_s <= *scan_s) return std::nullopt;
   return fmt::format("inertial data come at {:.1f} Hz, too slow to be integrated", 1.0 / *imu_s);
 }
 

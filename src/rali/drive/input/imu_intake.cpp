@@ -5,18 +5,18 @@
 namespace rali::drive {
 namespace {
 
-/// Beyond 200 g and 5000 deg/s no vehicle's IMU measures: a damaged message.
+/// No vehicle's IMU measures beyond 200 g and 5000 deg/s: a damaged message.
 constexpr double kAbsurdAccel = 2000.0;
 constexpr double kAbsurdGyro = 5000.0;
-/// Values that repeat below these are the steps of the converter, not its end.
+/// Repeated values below these are quantisation steps of the converter, not its full scale.
 constexpr double kFullScaleAccel_mps2 = 19.0;
 constexpr double kFullScaleGyro_radps = 2.0;
 
-/// One axis at its end: the largest value so far, exactly the same as in the sample before.
-bool is_stuck(double value, double last, double& most, double full_scale) {
+/// One axis at full scale: the largest value so far, exactly the same as in the previous sample.
+bool is_stuck(double value, double last, double& maximum, double full_scale) {
   const double size = std::abs(value);
-  const bool stuck = size >= full_scale && size >= most && value == last;
-  if (size > most) most = size;
+  const bool stuck = size >= full_scale && size >= maximum && value == last;
+  if (size > maximum) maximum = size;
   return stuck;
 }
 
@@ -45,9 +45,8 @@ void ImuIntake::count_saturation(const sensor::ImuSample& si, InputGaps& gaps) {
   bool stuck = false;
   for (int axis = 0; axis < 3; ++axis) {
     stuck |=
-        is_stuck(si.accel_mps2[axis], last_accel_[axis], most_accel_[axis], kFullScaleAccel_mps2);
-    stuck |=
-        is_stuck(si.gyro_radps[axis], last_gyro_[axis], most_gyro_[axis], kFullScaleGyro_radps);
+        is_stuck(si.accel_mps2[axis], last_accel_[axis], max_accel_[axis], kFullScaleAccel_mps2);
+    stuck |= is_stuck(si.gyro_radps[axis], last_gyro_[axis], max_gyro_[axis], kFullScaleGyro_radps);
   }
   if (stuck) ++gaps.imu_saturated;
   last_accel_ = si.accel_mps2;

@@ -8,13 +8,13 @@
 
 namespace rali::drive {
 
-/// Turns samples as they are in the file into samples the odometry takes: SI units, checked. They
-/// stay in the frame of the IMU, where the odometry needs no lever arm.
+/// Converts samples of the file to samples for the odometry: SI units, checked. They stay in the
+/// IMU frame, where the odometry needs no lever arm.
 class ImuIntake {
  public:
   explicit ImuIntake(const ImuUnits& units) : units_(units) {}
 
-  /// @return empty for a sample that is no number or absurd; counted in `gaps`
+  /// @return empty for a sample that is not finite or implausible; counted in `gaps`
   [[nodiscard]] std::optional<sensor::ImuSample> take(const sensor::ImuSample& raw,
                                                       InputGaps& gaps);
 
@@ -23,10 +23,10 @@ class ImuIntake {
 
   ImuUnits units_;
   geometry::Vec3 last_accel_ = geometry::Vec3::Zero(), last_gyro_ = geometry::Vec3::Zero();
-  geometry::Vec3 most_accel_ = geometry::Vec3::Zero(), most_gyro_ = geometry::Vec3::Zero();
+  geometry::Vec3 max_accel_ = geometry::Vec3::Zero(), max_gyro_ = geometry::Vec3::Zero();
 };
 
-/// True if all six values are numbers that an inertial sensor can give, in any of its units.
+/// True if all six values are finite and possible for an inertial sensor, in any of its units.
 [[nodiscard]] bool is_plausible(const sensor::ImuSample& raw);
 
 }  // namespace rali::drive

@@ -24,14 +24,14 @@ enum class GyroUnit { kAuto, kRadps, kDegps };
 /// How strictly the extrinsics are compared with the data (checks.extrinsics).
 enum class ExtrinsicsCheck { kError, kWarn, kOff };
 
-/// What is added to the LiDAR's stamps, and where that comes from.
+/// The offset added to the LiDAR's stamps, and its origin.
 struct LidarTimeOffset {
   double value_s = 0.0;
-  std::optional<double> estimate_s, sigma_s;  ///< what the data said; empty: not asked, or nothing
+  std::optional<double> estimate_s, sigma_s;  ///< from the data; empty: not requested, or no result
   std::string origin;                         ///< in words, if estimated or tried; empty: settings
 };
 
-/// What the user fixed about one vehicle's input; the rest is found from the data.
+/// What the user fixed about one vehicle's input; everything else is determined from the data.
 struct InputOptions {
   std::string vehicle = "v1";
   VehicleId self;
@@ -42,8 +42,8 @@ struct InputOptions {
   AccelUnit accel_unit = AccelUnit::kAuto;
   GyroUnit gyro_unit = GyroUnit::kAuto;
   std::optional<geometry::SE3> T_body_lidar;  ///< empty: auto
-  std::string lidar_tf_frame;                 ///< from_tf of T_body_lidar; empty: not asked for
-  geometry::SE3 T_body_imu;                   ///< taken unless imu_from_tf
+  std::string lidar_tf_frame;                 ///< from_tf of T_body_lidar; empty: not requested
+  geometry::SE3 T_body_imu;                   ///< used unless imu_from_tf
   bool imu_from_tf = false;                   ///< T_body_imu from /tf_static
   std::string imu_tf_frame;  ///< the IMU's frame there; empty: that of its messages
   LidarTimeOffset lidar_time_offset;
@@ -53,21 +53,21 @@ struct InputOptions {
   bool strict = false;  ///< end at the first damage
 };
 
-/// What was missing or left out of one vehicle's input. Counts of samples unless named otherwise.
+/// What was missing or dropped in one vehicle's input. Counts of samples unless named otherwise.
 struct InputGaps {
   std::uint64_t jumps = 0;        ///< clock jumps that were closed
-  double missing_s = 0.0;         ///< time without sweeps, beyond two sweep periods
+  double missing_s = 0.0;         ///< time without scans, beyond two scan periods
   double imu_missing_s = 0.0;     ///< time without inertial samples
-  std::uint64_t late = 0;         ///< came later than the ordering window
-  std::uint64_t late_scans = 0;   ///< of them
-  std::uint64_t empty_scans = 0;  ///< without a usable point: missing like those that never came
+  std::uint64_t late = 0;         ///< arrived after the ordering window
+  std::uint64_t late_scans = 0;   ///< scans among them
+  std::uint64_t empty_scans = 0;  ///< without a usable point: missing, like scans that never came
   std::uint64_t repeated = 0;     ///< same stamp as the one before
   std::uint64_t nan_points = 0;
-  std::uint64_t no_time_points = 0;  ///< points of sweeps without point times
+  std::uint64_t no_time_points = 0;  ///< points of scans without point times
   std::uint64_t imu_invalid = 0;     ///< NaN, infinite or absurd inertial samples
   std::uint64_t imu_saturated = 0;   ///< values that repeat the largest value seen, exactly
   std::uint64_t undecodable = 0;     ///< messages or files that could not be read
-  std::uint64_t bytes_lost = 0;      ///< behind the end of a cut file
+  std::uint64_t bytes_lost = 0;      ///< after the end of a truncated file
   bool damaged = false;              ///< the run ends with exit code 3
 };
 
@@ -88,11 +88,11 @@ struct InputReport {
   std::string lidar_stamp = "header";  ///< or "record"
   std::string imu_stamp = "header";
   LidarTimeOffset lidar_time_offset;
-  Time t_begin, t_end;  ///< of the events handed out
-  std::uint64_t sweeps = 0;
+  Time t_start, t_end;  ///< of the events passed on
+  std::uint64_t scans = 0;
   std::uint64_t imu_samples = 0;
   std::uint64_t ranges = 0;
-  std::optional<RangeLatency> range_latency;  ///< as the vehicle's own motion has shown it
+  std::optional<RangeLatency> range_latency;            ///< estimated from the vehicle's own motion
   std::map<std::string, std::uint64_t> range_messages;  ///< per topic that a source names
   InputGaps gaps;
   FindingList findings;

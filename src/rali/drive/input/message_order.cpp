@@ -12,21 +12,21 @@ namespace {
 
 using Clock = Time StampPair::*;
 
-/// Share of the late messages that step back once more: in a stretch that is late as a whole
-/// (a clock that was set, a block at the wrong place) hardly any does.
-constexpr double kScatteredShare = 0.2;
-/// Share of the late messages with a neighbour nearer than half a period: their time was recorded
-/// twice.
-constexpr double kTwiceShare = 0.25;
-/// Headers are believed against the record times only if they are regular when sorted.
-constexpr double kIrregularShare = 0.1;
-/// Stamps that were never set, as in decide_stamps.
+/// Fraction of the late messages that step back once more. In a stretch that is late as a whole (a
+/// clock that was set, a block at the wrong place) hardly any message does.
+constexpr double kScatteredFraction = 0.2;
+/// Fraction of the late messages with a neighbour nearer than half a period: their time was
+/// recorded twice.
+constexpr double kTwiceFraction = 0.25;
+/// Headers override the record times only if they are regular when sorted.
+constexpr double kIrregularFraction = 0.1;
+/// Limit for stamps that were never set, as in decide_stamps.
 constexpr double kZeroS = 1e-3;
 
-/// What the stamps of one clock look like in the order of the file and sorted.
+/// Statistics of one clock's stamps in the order of the file and sorted.
 struct ClockOrder {
   std::size_t late = 0;       ///< too late for the ordering window
-  std::size_t scattered = 0;  ///< of them, those that step back from the message before
+  std::size_t scattered = 0;  ///< those of them that step back from the previous message
   std::size_t blocks = 0;     ///< steps back by more than the window
   std::size_t twice = 0;      ///< sorted steps below half a period
   std::size_t gaps = 0;       ///< sorted steps of more than two periods and the window
@@ -78,14 +78,14 @@ ClockOrder study(std::span<const StampPair> stamps, Clock clock) {
 MessageOrder judge(const ClockOrder& order) {
   if (order.late == 0) return MessageOrder::kFile;
   const auto late = static_cast<double>(order.late);
-  if (static_cast<double>(order.scattered) > kScatteredShare * late && order.scattered > 1) {
+  if (static_cast<double>(order.scattered) > kScatteredFraction * late && order.scattered > 1) {
     return MessageOrder::kRecordTime;
   }
-  if (static_cast<double>(order.twice) > kTwiceShare * late) return MessageOrder::kClockSet;
+  if (static_cast<double>(order.twice) > kTwiceFraction * late) return MessageOrder::kClockSet;
   return order.gaps >= order.blocks ? MessageOrder::kClockSet : MessageOrder::kRecordTime;
 }
 
-/// Never set, or set once: such a clock tells nothing of the order.
+/// Never set, or set once: such a clock does not define the order.
 bool is_useless(std::span<const StampPair> stamps, Clock clock) {
   const Time first = stamps.front().*clock;
   std::size_t zeros = 0;
@@ -97,12 +97,12 @@ bool is_useless(std::span<const StampPair> stamps, Clock clock) {
   return still || 2 * zeros >= stamps.size();
 }
 
-/// Stamps that jump to and fro for want of a clock are not regular when sorted, and do not span
-/// the time that the recorder ran.
+/// Stamps that jump back and forth without a clock are not regular when sorted, and do not span the
+/// time that the recorder ran.
 bool is_regular(const ClockOrder& header, const ClockOrder& record, std::size_t messages,
                 bool record_useless) {
   const auto n = static_cast<double>(messages);
-  const bool even = static_cast<double>(header.twice + header.gaps) < kIrregularShare * n;
+  const bool even = static_cast<double>(header.twice + header.gaps) < kIrregularFraction * n;
   const double tolerance_s = 1.0 + 0.2 * record.span_s;
   return even && (record_useless || std::abs(header.span_s - record.span_s) < tolerance_s);
 }
@@ -131,7 +131,7 @@ MessageOrder decide_message_order(std::span<const StampPair> stamps) {
   if (header_useless) return MessageOrder::kFile;
   const MessageOrder by_header = judge(header);
   if (by_header == MessageOrder::kClockSet) {
-    // With a recorder that ran on, the stream itself shows the jump.
+    // If the recorder's clock continued, the stream itself shows the jump.
     return record_useless ? MessageOrder::kClockSet : MessageOrder::kFile;
   }
   return is_regular(header, record, stamps.size(), record_useless) ? MessageOrder::kHeader

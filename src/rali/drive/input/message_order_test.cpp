@@ -11,11 +11,11 @@ namespace {
 
 using Stamps = std::vector<StampPair>;
 
-/// 10 Hz; the recorder is 20 ms late, and some messages a little more.
-Stamps steady(double begin_s, int n) {
+/// 10 Hz; the recorder is 20 ms late, and for some messages a little more.
+Stamps steady(double start_s, int n) {
   Stamps stamps;
   for (int i = 0; i < n; ++i) {
-    const double t_s = begin_s + 0.1 * i;
+    const double t_s = start_s + 0.1 * i;
     stamps.push_back({Time::from_s(t_s), Time::from_s(t_s + 0.02 + (i % 7 == 3 ? 0.03 : 0.0))});
   }
   return stamps;
@@ -29,7 +29,7 @@ Stamps shuffled(Stamps stamps) {
   return stamps;
 }
 
-/// The headers keep their place, the recorder's times rise.
+/// The headers keep their order, the record times rise.
 Stamps recorded_anew(Stamps stamps) {
   const Stamps clock = steady(5000.0, static_cast<int>(stamps.size()));
   for (std::size_t i = 0; i < stamps.size(); ++i) stamps[i].record = clock[i].record;

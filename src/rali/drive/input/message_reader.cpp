@@ -9,7 +9,7 @@
 namespace rali::drive {
 namespace {
 
-/// Damaged messages named one by one before only the count goes on.
+/// Damaged messages reported individually; further ones are only counted.
 constexpr std::uint64_t kNamedErrors = 5;
 
 std::string prefixed(const std::string& place, std::string text) {
@@ -29,9 +29,9 @@ MessageReader::MessageReader(const RecordingProbe& probe, const InputOptions& op
       intake_(probe.units),
       range_topics_(options.ranges, options.self, probe.clock_ahead) {}
 
-void MessageReader::begin_file(bool clock_was_set) {
-  lidar_stamps_.begin_file(clock_was_set);
-  imu_stamps_.begin_file(clock_was_set);
+void MessageReader::start_file(bool clock_was_set) {
+  lidar_stamps_.start_file(clock_was_set);
+  imu_stamps_.start_file(clock_was_set);
 }
 
 void MessageReader::take(const RecordedMessage& message, EventSink& sink, InputReport& report) {
@@ -69,7 +69,7 @@ void MessageReader::take_cloud(const RecordedMessage& message, EventSink& sink,
   if (!t_end) return;
   const Duration shift{(*t_end - scan->t_end).ns +
                        Duration::from_s(options_.lidar_time_offset.value_s).ns};
-  scan->t_begin = scan->t_begin + shift;
+  scan->t_start = scan->t_start + shift;
   scan->t_end = scan->t_end + shift;
   sink.push(std::move(scan));
 }

@@ -13,21 +13,21 @@
 
 namespace rali::drive {
 
-/// Messages of one vehicle's sensors to events with usable stamps and in SI units, by what was
-/// decided about the first of them. The same for recordings and for sensors that are live.
+/// Converts the messages of one vehicle's sensors to events with usable stamps and SI units, by the
+/// decisions made on the first messages. Shared by recordings and live sensors.
 class MessageReader {
  public:
-  /// Names a message in findings: "file:offset 17", or nothing.
+  /// Names a message in findings: "file:offset 17", or empty.
   using PlaceOf = std::function<std::string(const RecordedMessage&)>;
 
   /// @param probe its messages are not used
   MessageReader(const RecordingProbe& probe, const InputOptions& options, PlaceOf place);
 
-  /// Puts what the message holds into `sink`. Damage goes to `report`.
+  /// Puts the contents of the message into `sink`. Damage is noted in `report`.
   void take(const RecordedMessage& message, EventSink& sink, InputReport& report);
 
   /// The first stamps of a new file need not follow the last ones smoothly; see StampRepair.
-  void begin_file(bool clock_was_set);
+  void start_file(bool clock_was_set);
 
  private:
   void take_cloud(const RecordedMessage& message, EventSink& sink, InputReport& report);

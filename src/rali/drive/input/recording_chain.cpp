@@ -10,7 +10,7 @@
 namespace rali::drive {
 namespace {
 
-/// A longer pause between two files is not one of the same drive.
+/// A longer pause between two files means two drives.
 constexpr double kOneDriveS = 3600.0;
 
 bool is_static_tf(const io::Topic& topic, wire::MessageKind kind) {
@@ -33,7 +33,7 @@ RecordingChain::RecordingChain(std::vector<std::string> paths, const InputOption
       imu_topic_(options.imu_topic),
       vehicle_(options.vehicle),
       ranges_(options.ranges),
-      most_s_(options.duration_s > 0.0 ? options.start_s + options.duration_s : 0.0),
+      max_s_(options.duration_s > 0.0 ? options.start_s + options.duration_s : 0.0),
       clock_set_(paths_.size(), false) {}
 
 Result<RecordingChain> RecordingChain::open(std::vector<std::string> paths,
@@ -45,8 +45,8 @@ Result<RecordingChain> RecordingChain::open(std::vector<std::string> paths,
   return chain;
 }
 
-/// Files of one drive that are given in the wrong order are sorted where their indexes tell when
-/// they were recorded. Two drives whose clocks do not know of each other stay as given.
+/// Sorts files of one drive that are given in the wrong order, if their indexes show when they were
+/// recorded. Two drives with unrelated clocks stay as given.
 void RecordingChain::sort_files() {
   if (paths_.size() < 2) return;
   std::vector<std::pair<std::pair<Time, Time>, std::string>> files;
@@ -85,7 +85,7 @@ Status RecordingChain::open_file(std::size_t index) {
         }
         return is_static_tf(topic, kind);
       },
-      most_s_);
+      max_s_);
   if (!opened) return tl::make_unexpected(opened.error());
   file_ = index;
   source_ = std::move(opened->source);

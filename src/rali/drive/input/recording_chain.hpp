@@ -14,7 +14,8 @@
 
 namespace rali::drive {
 
-/// One message of a recording, with what its topic says. `data` holds until the next call.
+/// One message of a recording, with the kind and type of its topic. `data` is valid until the next
+/// call.
 struct RecordedMessage {
   wire::MessageKind kind = wire::MessageKind::kOther;
   std::string_view topic;
@@ -26,15 +27,15 @@ struct RecordedMessage {
   std::size_t file = 0;  ///< index in the list of files
 };
 
-/// Recordings read one after the other as one stream of the messages RaLI can use.
+/// Recordings read one after the other as one stream of the messages that RaLI can use.
 class RecordingChain {
  public:
   /// Opens the first file. Errors: kInput.
   [[nodiscard]] static Result<RecordingChain> open(std::vector<std::string> paths,
                                                    const InputOptions& options);
 
-  /// True: `out` is set. False: the end of the last file. An Error only for the first file's
-  /// opening; later damage ends the file it is in and goes to `gaps` and `findings`.
+  /// True: `out` is set. False: the end of the last file. An Error only when opening the first
+  /// file; later damage ends its file and goes to `gaps` and `findings`.
   [[nodiscard]] bool next(RecordedMessage& out, InputGaps& gaps, FindingList& findings);
 
   /// Topics of the file being read, with the counts so far.
@@ -45,7 +46,8 @@ class RecordingChain {
   /// Index of the file being read.
   [[nodiscard]] std::size_t file() const { return file_; }
 
-  /// Whether the clock of the computer was set back in this file: no file after that being read.
+  /// Whether the computer's clock was set back in this file; `file` must not be after the one being
+  /// read.
   [[nodiscard]] bool clock_was_set(std::size_t file) const { return clock_set_[file]; }
 
   [[nodiscard]] double progress() const;
@@ -60,7 +62,7 @@ class RecordingChain {
   std::vector<std::string> paths_;
   std::string lidar_topic_, imu_topic_, vehicle_;
   std::shared_ptr<const RangeOptions> ranges_;
-  double most_s_ = 0.0;  ///< of data wanted; 0: all
+  double max_s_ = 0.0;  ///< of data requested; 0: all
   std::size_t file_ = 0;
   std::unique_ptr<io::MessageSource> source_;
   std::vector<std::uint64_t> seen_;

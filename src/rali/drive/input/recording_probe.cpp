@@ -29,22 +29,22 @@ StoredMessage stored(const RecordedMessage& m) {
 /// Reads the first messages; the counts of the topics of the first file go to `topics`.
 void read_first(RecordingChain& chain, RecordingProbe& probe, std::vector<TopicCount>& topics,
                 InputReport& report) {
-  std::size_t bytes = 0, sweeps = 0;
-  std::optional<Time> t_begin;
+  std::size_t bytes = 0, scans = 0;
+  std::optional<Time> t_start;
   RecordedMessage message;
   topics = chain.topics();
   while (chain.next(message, report.gaps, report.findings)) {
     bytes += message.data.size();
-    if (wire::is_cloud(message.kind)) ++sweeps;
+    if (wire::is_cloud(message.kind)) ++scans;
     probe.messages.push_back(stored(message));
     if (chain.file() == 0) topics = chain.topics();
-    if (!t_begin) t_begin = message.t_record;
-    const double span_s = std::abs(message.t_record.s() - t_begin->s());
-    // Record times may stand still: then four times as many sweeps do.
-    if ((sweeps >= kProbeClouds && span_s >= kProbe_s) || sweeps >= 4 * kProbeClouds) break;
+    if (!t_start) t_start = message.t_record;
+    const double span_s = std::abs(message.t_record.s() - t_start->s());
+    // Record times may be constant: then four times as many scans suffice.
+    if ((scans >= kProbeClouds && span_s >= kProbe_s) || scans >= 4 * kProbeClouds) break;
     if (bytes > kProbeBytes) {
-      if (sweeps > 0) break;
-      // Inertial data long before the first sweep: of no use, only the youngest stay.
+      if (scans > 0) break;
+      // Inertial data long before the first scan are useless: only the youngest are kept.
       bytes = 0;
       probe.messages.erase(
           probe.messages.begin(),
@@ -53,7 +53,7 @@ void read_first(RecordingChain& chain, RecordingProbe& probe, std::vector<TopicC
   }
 }
 
-/// Views of the first sweeps of the chosen topic; they point into the probe's messages.
+/// Views of the first scans of the chosen topic; they point into the probe's messages.
 std::vector<wire::CloudView> first_views(const RecordingProbe& probe) {
   std::vector<wire::CloudView> views;
   for (const StoredMessage& m : probe.messages) {
@@ -71,7 +71,7 @@ std::vector<sensor::LidarScan> first_scans(std::span<const wire::CloudView> view
   for (const wire::CloudView& view : views) {
     sensor::LidarScan scan;
     if (wire::decode_cloud(view, format, options, scan)) scans.push_back(std::move(scan));
-    // Three sweeps fill the gaps between the rings; more only cost time.
+    // Three scans fill the gaps between the rings; more only cost time.
     if (scans.size() >= 3) break;
   }
   return scans;
@@ -103,7 +103,7 @@ bool has_absolute_times(const wire::CloudFormat& format) {
          !format.anchor_to_header;
 }
 
-/// Stamps as the scans will carry them: of the header, or of the points where these are absolute.
+/// Stamps that the scans will carry: of the header, or of the points if these are absolute.
 std::vector<StampPair> lidar_stamps(const RecordingProbe& probe,
                                     const wire::CloudFormatOptions& options) {
   std::vector<StampPair> pairs;
@@ -132,7 +132,7 @@ void stamp_finding(InputReport& report, const std::string& topic, const std::str
   report.findings.push_back(std::move(f));
 }
 
-/// Takes record times where headers cannot be trusted or the two sensors run on two clocks.
+/// Uses record times if headers are unreliable or the two sensors run on two clocks.
 void choose_stamps(RecordingProbe& probe, std::span<const StampPair> lidar,
                    std::span<const StampPair> imu, InputReport& report) {
   StampDecision by_lidar = decide_stamps(lidar);
@@ -143,14 +143,14 @@ void choose_stamps(RecordingProbe& probe, std::span<const StampPair> lidar,
     const std::string reason = fmt::format(
         "stamps of LiDAR and IMU are {:.1f} s apart at the same record time (two clocks)",
         std::abs(*lidar_s - *imu_s));
-    // The clock farther from the recorder's gives way; a boot clock is farther than any other.
+    // The clock farther from the recorder's is replaced; a boot clock is farther than any other.
     const bool lidar_farther = std::abs(*lidar_s) > std::abs(*imu_s);
     StampDecision& farther = lidar_farther ? by_lidar : by_imu;
     StampDecision& nearer = lidar_farther ? by_imu : by_lidar;
     farther = {StampRule::kRecord, reason};
     if (std::min(std::abs(*lidar_s), std::abs(*imu_s)) > kClockSplitS) nearer = farther;
   } else if (by_lidar.rule != by_imu.rule && lidar_s && imu_s) {
-    // One on record time: the other may keep its headers only if they agree with the recorder.
+    // One uses record time: the other may keep its headers only if they agree with the recorder.
     const bool lidar_keeps = by_lidar.rule == StampRule::kHeader;
     const double kept_s = std::abs(lidar_keeps ? *lidar_s : *imu_s);
     if (kept_s > kClockSplitS) {
@@ -160,7 +160,7 @@ void choose_stamps(RecordingProbe& probe, std::span<const StampPair> lidar,
                       kept_s)};
     }
   }
-  // Both sensors on a clock that is not the recorder's: what the recorder stamps is moved to it.
+  // Both sensors use a clock other than the recorder's: stamps of the recorder are moved to it.
   if (by_lidar.rule == StampRule::kHeader && lidar_s && std::abs(*lidar_s) > kClockSplitS) {
     probe.clock_ahead = Duration::from_s(*lidar_s);
   }
@@ -184,8 +184,8 @@ std::vector<Time> times_of(std::span<const StampPair> stamps, StampRule rule) {
   return times;
 }
 
-/// Inertial data that cannot help are left aside as a whole: an odometry that waits for them or
-/// believes the few it gets does worse than LiDAR alone.
+/// Drops unusable inertial data as a whole: an odometry that waits for them or trusts the few it
+/// gets is worse than LiDAR alone.
 void leave_unfit_imu(std::span<const StampPair> lidar, std::span<const StampPair> imu,
                      RecordingProbe& probe, InputReport& report) {
   const std::optional<std::string> why =
@@ -268,9 +268,9 @@ Result<RecordingProbe> decide_probe(std::deque<StoredMessage> messages,
   report.gyro_scale = units->gyro_scale;
   add_findings(units->findings, report, report.imu_topic);
 
-  const std::vector<StampPair> sweeps = lidar_stamps(probe, options.cloud);
-  choose_stamps(probe, sweeps, imu.stamps, report);
-  leave_unfit_imu(sweeps, imu.stamps, probe, report);
+  const std::vector<StampPair> scan_stamps = lidar_stamps(probe, options.cloud);
+  choose_stamps(probe, scan_stamps, imu.stamps, report);
+  leave_unfit_imu(scan_stamps, imu.stamps, probe, report);
   const std::vector<sensor::LidarScan> scans = first_scans(views, probe.format, options.cloud);
   if (Status status =
           decide_extrinsics(options, first_tf(probe), scans, imu.samples, probe.units, report);

@@ -15,7 +15,7 @@ int rank_of(const vehicle::Event& event) {
 }  // namespace
 
 bool ReorderWindow::push(Time t, vehicle::Event event) {
-  // Younger than what has left: it could only be delivered out of order.
+  // Older than the last event that left: it could only be delivered out of order.
   if (left_ && t < *left_) {
     ++late_;
     return false;
@@ -30,7 +30,7 @@ bool ReorderWindow::push(Time t, vehicle::Event event) {
 std::optional<std::pair<Time, vehicle::Event>> ReorderWindow::pop() {
   if (heap_.empty()) return std::nullopt;
   const Time oldest = heap_.front().t;
-  // Differences of hostile stamps may overflow: compared as doubles.
+  // Differences of corrupt stamps may overflow: compared as doubles.
   const bool may_leave = finished_ || newest_->s() - oldest.s() >= window_.s();
   if (!may_leave) return std::nullopt;
   std::pop_heap(heap_.begin(), heap_.end(), Later{});

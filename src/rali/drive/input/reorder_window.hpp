@@ -10,22 +10,22 @@
 
 namespace rali::drive {
 
-/// Sorts events by stamp within a window of data time: an event leaves when one that is younger
-/// by the window has arrived. What comes later than that is left out and counted. Equal stamps
-/// keep the order inertial sample, range, scan, then the order of arrival.
+/// Sorts events by stamp within a window of data time: an event leaves when one that is younger by
+/// the window has arrived. Later arrivals are dropped and counted. Equal stamps keep the order
+/// inertial sample, range, scan, then the order of arrival.
 class ReorderWindow {
  public:
   explicit ReorderWindow(Duration window = Duration::from_ns(500'000'000)) : window_(window) {}
 
   /// @param t stamp of the event: for a scan the time of its last point, since it cannot be
-  ///   worked on before.
-  /// @return false: later than the window, left out.
+  /// processed earlier.
+  /// @return false: later than the window, dropped.
   bool push(Time t, vehicle::Event event);
 
-  /// The oldest event, if it can leave.
+  /// The oldest event, if it is ready.
   [[nodiscard]] std::optional<std::pair<Time, vehicle::Event>> pop();
 
-  /// No more events will come: all may leave.
+  /// No more events will come: all become ready.
   void finish() { finished_ = true; }
 
   [[nodiscard]] std::uint64_t late() const { return late_; }

@@ -18,7 +18,7 @@
 namespace rali::drive {
 namespace {
 
-/// Where a message lies in the temporary file.
+/// Position of a message in the temporary file.
 struct Stored {
   Time key;
   Time t_record;
@@ -28,7 +28,7 @@ struct Stored {
   std::uint32_t topic = 0;
 };
 
-/// The header's stamp of a message that has one.
+/// The header stamp of a message, if it has one.
 std::optional<Time> header_stamp(const io::Topic& topic, std::span<const std::byte> data) {
   const wire::MessageKind kind = wire::message_kind(topic.type);
   if (wire::is_cloud(kind)) {
@@ -108,7 +108,7 @@ Time SortedSource::key_of(const io::RawMessage& message, MessageOrder order) {
   return message.t_record;
 }
 
-/// The file is gone from its folder when this ends; the open one holds the bytes.
+/// The file is unlinked from its folder afterwards; the open handle keeps the bytes.
 Status SortedSource::fill(MessageOrder order) {
   Result<io::TempFile> file = io::TempFile::create();
   if (!file) return tl::make_unexpected(file.error());
@@ -168,7 +168,7 @@ Result<bool> SortedSource::next(io::RawMessage& out) {
   return false;
 }
 
-/// How far stamps are looked at; 0: to the end.
+/// How far stamps are read; 0: to the end.
 struct Look {
   double seconds = 0.0;
   std::size_t messages = 0;
@@ -180,7 +180,7 @@ constexpr Look kBeginning{3.0, 2000, 64U << 20};
 /// The stamps of clouds and inertial data.
 std::vector<TopicStamp> read_stamps(io::MessageSource& source, const Look& look) {
   std::vector<TopicStamp> stamps;
-  std::optional<double> begin_s;
+  std::optional<double> start_s;
   std::uint64_t bytes = 0;
   io::RawMessage message;
   while (source.next(message).value_or(false)) {
@@ -192,8 +192,8 @@ std::vector<TopicStamp> read_stamps(io::MessageSource& source, const Look& look)
                         {header, message.t_record}});
     }
     bytes += message.data.size();
-    begin_s = begin_s.value_or(message.t_record.s());
-    const double since_s = std::abs(message.t_record.s() - *begin_s);
+    start_s = start_s.value_or(message.t_record.s());
+    const double since_s = std::abs(message.t_record.s() - *start_s);
     if ((look.seconds > 0.0 && since_s > look.seconds) ||
         (look.messages > 0 && stamps.size() >= look.messages) ||
         (look.bytes > 0 && bytes > look.bytes)) {
@@ -203,7 +203,7 @@ std::vector<TopicStamp> read_stamps(io::MessageSource& source, const Look& look)
   return stamps;
 }
 
-/// The recorder has one clock for all topics, the sensors may have one each.
+/// The recorder has one clock for all topics; each sensor may have its own.
 bool any_late(const std::vector<TopicStamp>& stamps) {
   std::vector<StampPair> all;
   std::map<std::size_t, std::vector<StampPair>> topics;
@@ -236,11 +236,11 @@ Result<std::unique_ptr<io::MessageSource>> sort_messages(std::unique_ptr<io::Mes
 }
 
 Result<OrderedRecording> open_in_order(const std::string& path, const KeepTopic& keep,
-                                       double most_s) {
+                                       double max_s) {
   Result<std::unique_ptr<io::MessageSource>> source = open_kept(path, keep);
   if (!source) return tl::make_unexpected(source.error());
   const bool indexed = (*source)->in_order().value_or(false);
-  const Look wanted{most_s, 0, 0};
+  const Look wanted{max_s, 0, 0};
   const std::vector<TopicStamp> stamps = read_stamps(**source, indexed ? kBeginning : wanted);
   OrderedRecording out;
   if (!indexed) {

@@ -11,29 +11,29 @@ namespace rali::drive {
 
 using KeepTopic = std::function<bool(const io::Topic&)>;
 
-/// Copies the messages of a recording to a temporary file and hands them out sorted: memory grows
-/// by 56 bytes a message, the disk by the messages. Equal times keep the order of the file.
-/// Messages without a header of their own (kHeader) stay behind the one before them; /tf_static
-/// comes first. Sorted by header, the record times are the headers' too.
+/// Copies the messages of a recording to a temporary file and returns them sorted: memory grows by
+/// 56 bytes per message, the disk by the messages. Equal times keep the order of the file. Messages
+/// without a header of their own (kHeader) stay behind the preceding one; /tf_static comes first.
+/// If sorted by header, the headers replace the record times.
 /// @param source with its topics selected
 /// @param order kRecordTime or kHeader
-/// Errors: kMachine (no room).
+/// Errors: kMachine (no disk space).
 [[nodiscard]] Result<std::unique_ptr<io::MessageSource>> sort_messages(
     std::unique_ptr<io::MessageSource> source, const std::string& name, MessageOrder order);
 
-/// A recording, and how its messages come.
+/// A recording, and the order of its messages.
 struct OrderedRecording {
   std::unique_ptr<io::MessageSource> source;
   MessageOrder order = MessageOrder::kFile;
 };
 
-/// Opens a recording so that its messages come in order of time, as far as it tells one. What its
-/// index and its first seconds show to be in order is read as it lies. Else all stamps are read
-/// first (32 bytes each), and what is out of order is sorted. That it was is a finding (D19) in
-/// health().
-/// @param most_s so much of the data is wanted [s]; 0: all. No more stamps are read.
+/// Opens a recording so that its messages come in time order, as far as it can be determined. If
+/// the index and the first seconds are in order, the file is read as it is. Else all stamps are
+/// read first (32 bytes each), and messages out of order are sorted. Sorting is reported as a
+/// finding (D19) in health().
+/// @param max_s length of the requested data [s]; 0: all. No more stamps are read.
 /// Errors: as io::open_recording; kMachine.
 [[nodiscard]] Result<OrderedRecording> open_in_order(const std::string& path, const KeepTopic& keep,
-                                                     double most_s = 0.0);
+                                                     double max_s = 0.0);
 
 }  // namespace rali::drive

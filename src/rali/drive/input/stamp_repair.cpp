@@ -10,8 +10,8 @@ namespace {
 /// A step that differs from the other clock's by more is a jump: recorders lag by tenths of a
 /// second, clocks that are set jump by seconds and more.
 constexpr double kJumpS = 1.0;
-/// Below this a stamp is taken for "never set": no recording was made in the first seconds of 1970
-/// and boot clocks have run for longer when a sensor is up.
+/// A stamp below this was never set: no recording was made in the first seconds of 1970, and boot
+/// clocks have run for longer when a sensor is up.
 constexpr double kZeroS = 1e-3;
 constexpr double kShiftAgreeS = 0.5;
 
@@ -22,7 +22,7 @@ bool stands_still(std::span<const StampPair> pairs, Time StampPair::*clock) {
 }
 
 Duration step(Time from, Time to) {
-  // Hostile stamps span the whole int64: the difference is taken in unsigned arithmetic.
+  // Corrupt stamps span the whole int64: the difference is taken in unsigned arithmetic.
   const auto diff = static_cast<std::int64_t>(static_cast<std::uint64_t>(to.ns) -
                                               static_cast<std::uint64_t>(from.ns));
   return {diff};
@@ -37,7 +37,8 @@ StampDecision decide_stamps(std::span<const StampPair> first) {
     return std::abs(p.header.s()) < kZeroS;
   });
   const auto n = static_cast<std::ptrdiff_t>(first.size());
-  // A first stamp of zero alone is a driver starting up (rslidar_sdk#179), not the topic's habit.
+  // A single first stamp of zero is a driver starting up (rslidar_sdk#179), not a zero header
+  // clock.
   if (zeros > 0 && 2 * zeros >= n) return {StampRule::kRecord, "header stamps are zero"};
   if (record_still) return {};
   if (stands_still(first, &StampPair::header)) {
@@ -80,7 +81,7 @@ Duration ClockShifts::agree(Duration shift, std::size_t* used) {
 StampRepair::StampRepair(StampRule rule, std::shared_ptr<ClockShifts> shifts)
     : rule_(rule), shifts_(std::move(shifts)) {}
 
-void StampRepair::begin_file(bool clock_was_set) {
+void StampRepair::start_file(bool clock_was_set) {
   file_begins_ = true;
   clock_was_set_ = clock_was_set;
 }
@@ -90,9 +91,9 @@ void StampRepair::close_jumps(StampPair stamps) {
   const Duration by_record = step(last_.record, stamps.record);
   const bool clocks_differ = std::abs(by_header.s() - by_record.s()) > kJumpS;
   const bool goes_back = by_header.s() <= -kJumpS;
-  if (!clocks_differ && !goes_back) return;  // steady, or a pause of both
-  // Only a recorder that ran on testifies that a clock was set. Else the message is out of order,
-  // and its stamp is right.
+  if (!clocks_differ && !goes_back) return;  // steady, or a pause in both
+  // Only a recorder whose clock continued proves that a clock was set. Otherwise the message is out
+  // of order, and its stamp is right.
   if (goes_back && by_record.ns <= 0 && !clock_was_set_ && !file_begins_) return;
   const bool record_usable = by_record.ns > 0 && by_record.s() < 60.0;
   const bool header_plausible = by_header.s() > -kJumpS && by_header.s() < 60.0;
@@ -102,7 +103,7 @@ void StampRepair::close_jumps(StampPair stamps) {
   if (!header_plausible) {
     wanted = record_usable ? by_record : period_;
   } else if (clocks_differ && !header_regular && record_usable) {
-    // The header ran on by seconds while the recorder did not: its clock was set.
+    // The header advanced by seconds while the recorder did not: its clock was set.
     wanted = by_record;
   }
   if (wanted == by_header) return;
@@ -117,7 +118,7 @@ void StampRepair::close_jumps(StampPair stamps) {
 
 std::optional<Time> StampRepair::repair(StampPair stamps) {
   if (rule_ == StampRule::kRecord) stamps.header = stamps.record;
-  // A stamp that was never set (drivers send it once at the start) says nothing.
+  // A stamp that was never set (drivers send it once at the start) is useless.
   if (std::abs(stamps.header.s()) < kZeroS) {
     ++repeats_;
     return std::nullopt;
@@ -135,7 +136,7 @@ std::optional<Time> StampRepair::repair(StampPair stamps) {
     return std::nullopt;
   }
   const Duration by_header = step(last_.header, stamps.header);
-  // A pause between two files is no jump, however long: only going back is.
+  // A pause between two files is no jump, however long: only a step back is.
   if (!file_begins_ || by_header.ns <= 0) close_jumps(stamps);
   file_begins_ = false;
   last_ = stamps;

@@ -18,14 +18,15 @@ struct StampPair {
 
 enum class StampRule { kHeader, kRecord };
 
-/// Which of the two clocks of a topic can be trusted, and why.
+/// Which of the two clocks of a topic is reliable, and why.
 struct StampDecision {
   StampRule rule = StampRule::kHeader;
   std::string reason;  ///< empty if the headers are fine
 };
 
 /// Decides from a topic's first messages. Headers that are zero, constant or jump against the
-/// record time lose; record times that stand still (converted files) leave the headers.
+/// record time are rejected; if the record times are constant (converted files), the headers are
+/// used.
 [[nodiscard]] StampDecision decide_stamps(std::span<const StampPair> first);
 
 /// Median of header - record [s]; empty without messages. Two topics whose medians differ by more
@@ -33,31 +34,31 @@ struct StampDecision {
 [[nodiscard]] std::optional<double> clock_offset_s(std::span<const StampPair> pairs);
 inline constexpr double kClockSplitS = 2.0;
 
-/// Jumps closed so far, shared by the topics of a vehicle: they run on one clock, so that a jump
-/// seen by one must be closed by the same amount in the others.
+/// Clock jumps closed so far, shared by the topics of a vehicle: they run on one clock, so a jump
+/// closed in one topic must be closed by the same amount in the others.
 class ClockShifts {
  public:
-  /// The shift to use where a topic measured `shift`: one already known within 0.5 s that the
-  /// topic has not used yet (`*used` is its count), else a new one.
+  /// The shift to use where a topic measured `shift`: a known one within 0.5 s that the topic has
+  /// not used yet (`*used` is its count), else a new one.
   [[nodiscard]] Duration agree(Duration shift, std::size_t* used);
 
  private:
   std::vector<Duration> shifts_;
 };
 
-/// Makes one topic's stamps usable: closes jumps of the clock, drops repeats. Stamps that are only
-/// a little out of order pass (the ordering window sorts them).
+/// Makes one topic's stamps usable: closes clock jumps, drops repeats. Stamps only slightly out of
+/// order pass (the ordering window sorts them).
 class StampRepair {
  public:
   StampRepair(StampRule rule, std::shared_ptr<ClockShifts> shifts);
 
-  /// The stamp to use; empty: a repeat or a stamp of zero, to be left out.
+  /// The stamp to use; empty: a repeat or a zero stamp, to be dropped.
   [[nodiscard]] std::optional<Time> repair(StampPair stamps);
 
   /// A new file begins: its first stamps need not follow the last ones smoothly.
-  /// @param clock_was_set where header and record time go back together in it, the computer's
-  ///   clock was set; else such a message is out of order and keeps its stamp
-  void begin_file(bool clock_was_set = false);
+  /// @param clock_was_set true: where header and record time go back together, the computer's clock
+  /// was set; false: such a message is out of order and keeps its stamp
+  void start_file(bool clock_was_set = false);
 
   [[nodiscard]] std::uint64_t jumps() const { return jumps_; }
 
@@ -78,7 +79,7 @@ class StampRepair {
   StampPair last_;
   Time last_out_;
   Duration shift_;   ///< added to the headers
-  Duration period_;  ///< usual step between messages, smoothed
+  Duration period_;  ///< typical step between messages, smoothed
   std::uint64_t jumps_ = 0, repeats_ = 0;
   double last_jump_s_ = 0.0;
 };

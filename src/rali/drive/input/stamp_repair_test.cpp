@@ -69,7 +69,7 @@ TEST(StampRepair, closes_a_clock_that_is_set_forward_and_back_again) {
 
 TEST(StampRepair, goes_back_by_the_period_where_the_clock_of_both_was_set) {
   StampRepair repair = by_header();
-  repair.begin_file(true);
+  repair.start_file(true);
   for (int i = 0; i < 20; ++i) (void)repair.repair(at(100.0 + 0.1 * i, 500.0 + 0.1 * i));
   const std::optional<Time> t = repair.repair(at(50.0, 450.0));
   EXPECT_NEAR(t->s(), 102.0, 0.02);
@@ -135,9 +135,9 @@ TEST(StampRepair, starts_after_stamps_that_were_never_set) {
 
 TEST(StampRepair, survives_the_ends_of_the_number_range) {
   StampRepair repair = by_header();
-  constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
-  constexpr auto kLeast = std::numeric_limits<std::int64_t>::min();
-  for (const std::int64_t header : {kMost, kLeast, std::int64_t{7}, kMost, kLeast + 1}) {
+  constexpr auto kMax = std::numeric_limits<std::int64_t>::max();
+  constexpr auto kMin = std::numeric_limits<std::int64_t>::min();
+  for (const std::int64_t header : {kMax, kMin, std::int64_t{7}, kMax, kMin + 1}) {
     (void)repair.repair({Time{header}, Time{-header - 1}});
   }
   SUCCEED() << "the sanitizers watch";
@@ -146,7 +146,7 @@ TEST(StampRepair, survives_the_ends_of_the_number_range) {
 TEST(StampRepair, lets_a_second_file_begin_later_without_a_jump) {
   StampRepair repair = by_header();
   (void)repair.repair(at(100.0, 100.0));
-  repair.begin_file();
+  repair.start_file();
   EXPECT_EQ(repair.repair(at(4000.0, 4000.0)), Time::from_s(4000.0));
   EXPECT_EQ(repair.jumps(), 0U);
 }

@@ -5,7 +5,7 @@
 namespace rali::drive {
 namespace {
 
-/// No sensor frame of a vehicle is deeper; also the guard against loops in a damaged tree.
+/// No sensor frame of a vehicle is deeper; also prevents endless loops in a damaged tree.
 constexpr std::size_t kDepth = 64;
 constexpr std::size_t kEdges = 4096;
 
@@ -28,16 +28,16 @@ void TfTree::add(const wire::TransformStamped& transform) {
 }
 
 std::vector<const TfTree::Edge*> TfTree::to_root(const std::string& frame) const {
-  std::vector<const Edge*> way;
+  std::vector<const Edge*> path;
   std::string at = frame;
-  while (way.size() < kDepth) {
+  while (path.size() < kDepth) {
     const auto edge =
         std::find_if(edges_.begin(), edges_.end(), [&](const Edge& e) { return e.child == at; });
     if (edge == edges_.end()) break;
-    way.push_back(&*edge);
+    path.push_back(&*edge);
     at = edge->parent;
   }
-  return way;
+  return path;
 }
 
 std::optional<geometry::SE3> TfTree::find(const std::string& a, const std::string& b) const {

@@ -13,8 +13,8 @@ class TfTree {
  public:
   void add(const wire::TransformStamped& transform);
 
-  /// T_a_b along the tree; empty if the frames are not connected. A leading '/' of old tf names
-  /// does not matter.
+  /// T_a_b along the tree; empty if the frames are not connected. A leading '/' of old tf names is
+  /// ignored.
   [[nodiscard]] std::optional<geometry::SE3> find(const std::string& a, const std::string& b) const;
 
   [[nodiscard]] bool empty() const { return edges_.empty(); }

@@ -25,7 +25,7 @@ template <class Predicate>
 std::vector<const TopicCount*> matching(std::span<const TopicCount> topics, Predicate predicate) {
   std::vector<const TopicCount*> found;
   for (const TopicCount& topic : topics) {
-    // A topic that was announced and never written to is no candidate.
+    // A topic that was announced but never written to is no candidate.
     if (topic.exact && topic.messages == 0) continue;
     if (predicate(topic)) found.push_back(&topic);
   }
@@ -34,7 +34,7 @@ std::vector<const TopicCount*> matching(std::span<const TopicCount> topics, Pred
   return found;
 }
 
-/// What to say where no topic holds points.
+/// The error if no topic holds points.
 tl::unexpected<Error> no_cloud(std::span<const TopicCount> topics, const std::string& file) {
   const auto unreadable =
       matching(topics, [](const TopicCount& t) { return !wire::kind_advice(t.kind).empty(); });

@@ -11,13 +11,13 @@
 
 namespace rali::drive {
 
-/// One topic of a recording as the choice sees it.
+/// One topic of a recording, as input of the choice.
 struct TopicCount {
   std::string name;
   std::string type;
   wire::MessageKind kind = wire::MessageKind::kOther;
   std::uint64_t messages = 0;
-  bool exact = false;  ///< the count is the file's, not of the part read so far
+  bool exact = false;  ///< the count is of the whole file, not of the part read so far
 };
 
 struct TopicChoice {
@@ -26,7 +26,7 @@ struct TopicChoice {
 };
 
 /// The only cloud topic and the only IMU topic, or those the user named. Two or more of a kind,
-/// none, or only raw packets are errors (kInput) that list what is there with counts.
+/// none, or only raw packets are errors (kInput) that list the available topics with counts.
 /// @param file for the error message
 [[nodiscard]] Result<TopicChoice> choose_topics(std::span<const TopicCount> topics,
                                                 const InputOptions& options,

@@ -58,7 +58,7 @@ TEST(TopicChoice, refuses_a_named_topic_that_is_something_else_or_absent) {
   EXPECT_EQ(absent.error().message(), "f: no topic /q. There is /p (4).");
 }
 
-TEST(TopicChoice, takes_no_imu_when_told_so) {
+TEST(TopicChoice, takes_no_imu_when_reported_so) {
   const std::vector<TopicCount> topics = {topic("/imu", kImu, 4), topic("/p", kCloud, 4)};
   InputOptions options;
   options.imu_topic = "none";

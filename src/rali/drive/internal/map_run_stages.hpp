@@ -16,8 +16,8 @@
 namespace rali::drive::internal {
 
 /// One run of `rali map`: the stages in their order. Each stage adds to `summary_`. Reading and
-/// estimating are in map_run.cpp, the same from facts in map_facts.cpp, what is written at the end
-/// in map_results.cpp.
+/// estimation are in map_run.cpp, the same from facts in map_facts.cpp, the final outputs in
+/// map_results.cpp.
 class MapRun {
  public:
   MapRun(const MapJob& job, ProgressSink& sink, const std::atomic<bool>& stop)
@@ -31,8 +31,8 @@ class MapRun {
 
   Result<MapSummary> run();
 
-  /// After an internal fault: run.log with what is known, and status.json says that it failed.
-  /// Neither is written if the run has not touched the folder.
+  /// After an internal fault: writes run.log as far as possible, and status.json with the state
+  /// failed. Neither is written if the run has not touched the folder.
   void give_up(std::string_view fault) noexcept;
 
  private:
@@ -71,12 +71,12 @@ class MapRun {
   RangeLog range_log_;
   std::vector<vehicle::Vehicle> vehicles_;  ///< none: a run of facts
   std::vector<VehicleRun> runs_;
-  std::vector<std::size_t> findings_told_;  ///< of each source, before its events
-  std::vector<map::KeyframeLooks> looks_;   ///< of the map's keyframes
+  std::vector<std::size_t> findings_reported_;  ///< of each source, before its events
+  std::vector<map::KeyframeLooks> looks_;       ///< of the map's keyframes
   MapSummary summary_;
   RunLog log_;
   bool interrupted_ = false;
-  bool started_ = false;  ///< status.json says that a run is going on
+  bool started_ = false;  ///< status.json states that the run is in progress
 };
 
 }  // namespace rali::drive::internal

@@ -18,7 +18,7 @@ LinkSettings bad_radio() {
 /// T25: no status is sent here, so that inventories alone show that a link is up.
 fleet::ExchangeSettings t25_settings() {
   fleet::ExchangeSettings settings;
-  settings.heard_s = 6.0;
+  settings.received_s = 6.0;
   return settings;
 }
 
@@ -37,7 +37,7 @@ Outcome run_t25(std::uint64_t seed) {
   }
   while (fleet.now().s() < 300.0 && !fleet.agree()) fleet.step();
   const double agreed_at_s = fleet.now().s();
-  fleet.run_until(agreed_at_s + 20.0);  // and nothing is sent for nothing
+  fleet.run_until(agreed_at_s + 20.0);  // and no needless messages are sent
   bool complete = fleet.agree();
   for (std::uint16_t v = 0; v < 3; ++v) {
     complete = complete && fleet.store(v).size() == 300 && fleet.delivered(v) == 300;
@@ -66,7 +66,7 @@ TEST(Exchange, over_a_good_link_each_fact_is_sent_once_to_each) {
   LinkSettings link;
   link.delay_s = 0.02;
   TestFleet fleet(3, link, 1, {});
-  fleet.run_until(6.0);  // all have heard each other
+  fleet.run_until(6.0);  // all have received messages from each other
   for (int k = 0; k < 40; ++k) {
     fleet.make_fact(VehicleId{0});
     fleet.run_until(6.0 + 0.5 * (k + 1));

@@ -4,15 +4,15 @@
 
 namespace rali::drive {
 
-/// A radio link from one vehicle to another, one way.
+/// A radio link from one vehicle to another, in one direction.
 struct LinkSettings {
   double rate_Bps = 0.0;          ///< 0: no limit
-  double queue_bytes = 400000.0;  ///< what finds no place in the queue before the link is lost
+  double queue_bytes = 400000.0;  ///< messages beyond this queue length are lost
   double delay_s = 0.0;
   double jitter_s = 0.0;     ///< more delay, uniform from 0; messages overtake each other
-  double loss = 0.0;         ///< share of messages
-  double duplication = 0.0;  ///< share of messages that come twice, each with its own delay
-  double reordering = 0.0;   ///< share of messages that are held back for reorder_s
+  double loss = 0.0;         ///< fraction of messages
+  double duplication = 0.0;  ///< fraction of messages that arrive twice, each with its own delay
+  double reordering = 0.0;   ///< fraction of messages delayed by reorder_s
   double reorder_s = 0.5;
 
   template <class V>

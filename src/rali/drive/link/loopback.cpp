@@ -15,7 +15,7 @@ Loopback::Loopback(std::vector<VehicleId> fleet, const LinkSettings& settings, s
     alive_[from] = true;
     for (const VehicleId to : fleet_) {
       if (from == to) continue;
-      // A stream of its own for each link: what one carries does not change the luck of another.
+      // A random stream for each link: messages on one do not change the outcome on another.
       const std::string name = fmt::format("link.{}.{}", from.value, to.value);
       links_.emplace(Pair{from, to}, Link{settings, Rng(seed, name), Time::from_ns(0), {}, {}});
     }
@@ -56,7 +56,7 @@ bool Loopback::connected(VehicleId from, VehicleId to, Time now) const {
 void Loopback::send(Time now, VehicleId from, std::optional<VehicleId> to, wire::Bytes bytes) {
   if (!alive(from)) return;
   const auto shared = std::make_shared<const wire::Bytes>(std::move(bytes));
-  said_[from].add(wire::envelope_kind(*shared), shared->size());
+  reported_[from].add(wire::envelope_kind(*shared), shared->size());
   for (const VehicleId other : fleet_) {
     if (other == from || (to && *to != other)) continue;
     const Pair pair{from, other};
@@ -76,7 +76,7 @@ void Loopback::send_over(Link& link, Time now, const Pair& pair,
     leaves = begins + Duration::from_s(size / s.rate_Bps);
     link.free_at = leaves;
   }
-  // All numbers are drawn whatever becomes of the message: a cut then changes nothing after it.
+  // All numbers are drawn whatever happens to the message: a cut then changes nothing after it.
   const bool lost = link.rng.uniform() < s.loss;
   const int copies = link.rng.uniform() < s.duplication ? 2 : 1;
   const bool held_back = link.rng.uniform() < s.reordering;
@@ -106,10 +106,10 @@ std::optional<Time> Loopback::next_due() const {
   return on_the_way_.begin()->first.first;
 }
 
-const fleet::TrafficCount& Loopback::said(VehicleId vehicle) const {
+const fleet::TrafficCount& Loopback::reported(VehicleId vehicle) const {
   static const fleet::TrafficCount kNothing;
-  const auto found = said_.find(vehicle);
-  return found == said_.end() ? kNothing : found->second;
+  const auto found = reported_.find(vehicle);
+  return found == reported_.end() ? kNothing : found->second;
 }
 
 const fleet::TrafficCount& Loopback::sent(VehicleId from, VehicleId to) const {

@@ -25,46 +25,46 @@ struct Delivery {
 };
 
 /// The radio between vehicles of one process on a virtual clock: rate, delay, loss, duplication and
-/// partitions of each ordered pair. Same seed and same calls, same deliveries.
+/// partitions of each ordered pair. Same seed and same calls give the same deliveries.
 class Loopback {
  public:
   Loopback(std::vector<VehicleId> fleet, const LinkSettings& settings, std::uint64_t seed);
 
-  /// Another link than the others have, from one vehicle to another (one way).
+  /// Sets the link from one vehicle to another (one direction) apart from the others.
   void set_link(VehicleId from, VehicleId to, const LinkSettings& settings);
 
-  /// Nothing that is sent from `begin` until before `end` arrives; one way.
+  /// Messages sent from `begin` until before `end` do not arrive; one direction.
   void cut(VehicleId from, VehicleId to, Time begin, Time end);
   /// Between this vehicle and all others, both ways.
   void cut_off(VehicleId vehicle, Time begin, Time end);
 
-  /// From now on it neither sends nor hears; what it has sent is on its way.
+  /// From now on it neither sends nor receives; messages already sent still arrive.
   void kill(VehicleId vehicle);
   void revive(VehicleId vehicle);
 
   [[nodiscard]] bool alive(VehicleId vehicle) const;
 
-  /// True if what is sent now would not be cut: for a display, the vehicles do not know.
+  /// True if a message sent now would not be cut. For displays: vehicles cannot query it.
   [[nodiscard]] bool connected(VehicleId from, VehicleId to, Time now) const;
 
-  /// @param to none: all others; each gets it over its own link. Times must not go back.
+  /// @param to none: all others, each over its own link. Times must not go back.
   void send(Time now, VehicleId from, std::optional<VehicleId> to, wire::Bytes bytes);
 
-  /// All that arrived until `now`, by time of arrival, then by the order of sending.
+  /// All messages that arrived until `now`, by time of arrival, then by the order of sending.
   [[nodiscard]] std::vector<Delivery> deliver(Time now);
 
   /// When the next message arrives.
   [[nodiscard]] std::optional<Time> next_due() const;
 
-  /// What was sent: one row for each message and receiver, whether it arrives or not.
+  /// Sent messages: one row for each message and receiver, whether it arrives or not.
   [[nodiscard]] const fleet::TrafficCount& sent(VehicleId from, VehicleId to) const;
   /// Of all pairs.
   [[nodiscard]] fleet::TrafficCount sent() const;
 
-  /// What a vehicle has said: each message once, however many it was for.
-  [[nodiscard]] const fleet::TrafficCount& said(VehicleId vehicle) const;
+  /// Messages sent by a vehicle: each once, for any number of receivers.
+  [[nodiscard]] const fleet::TrafficCount& reported(VehicleId vehicle) const;
 
-  /// What arrived, with repetitions.
+  /// Messages that arrived, with repetitions.
   [[nodiscard]] const fleet::TrafficCount& arrived() const { return arrived_; }
 
  private:
@@ -85,8 +85,8 @@ class Loopback {
   std::vector<VehicleId> fleet_;  ///< ascending
   std::map<Pair, Link> links_;
   std::map<VehicleId, bool> alive_;
-  std::map<VehicleId, fleet::TrafficCount> said_;
-  /// By time of arrival and running number: what is sent first comes first at one time.
+  std::map<VehicleId, fleet::TrafficCount> reported_;
+  /// By time of arrival and running number: at equal times in the order of sending.
   std::map<std::pair<Time, std::uint64_t>, Delivery> on_the_way_;
   std::uint64_t sent_ = 0;
   fleet::TrafficCount arrived_;

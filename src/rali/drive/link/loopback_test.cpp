@@ -28,7 +28,7 @@ TEST(Loopback, a_message_takes_its_time_on_the_line_and_its_delay) {
   Loopback radio({kA, kB}, settings, 1);
   radio.send(at(10.0), kA, kB, message(200, 1));
   radio.send(at(10.0), kA, kB, message(300, 2));
-  // 200 B take 0.2 s, the next 300 B begin after them: 10.7 s and 11.0 s.
+  // 200 B take 0.2 s, the next 300 B start after them: 10.7 s and 11.0 s.
   EXPECT_EQ(radio.next_due(), at(10.7));
   EXPECT_TRUE(radio.deliver(at(10.69)).empty());
   const auto first = radio.deliver(at(10.7));
@@ -63,8 +63,8 @@ TEST(Loopback, to_all_goes_over_each_link_of_its_own) {
   const auto late = radio.deliver(at(2.0));
   ASSERT_EQ(late.size(), 1U);
   EXPECT_EQ(late[0].to, kC);
-  EXPECT_EQ(radio.said(kA).total().messages, 1U) << "said once, sent to each";
-  EXPECT_EQ(radio.said(kB).total().messages, 0U);
+  EXPECT_EQ(radio.reported(kA).total().messages, 1U) << "said once, sent to each";
+  EXPECT_EQ(radio.reported(kB).total().messages, 0U);
   EXPECT_EQ(radio.sent(kA, kB).total().messages, 1U);
   EXPECT_EQ(radio.sent(kB, kA).total().messages, 0U);
 }

@@ -8,10 +8,10 @@
 
 namespace rali::drive {
 
-/// Sends a message as the bytes that a radio would carry. Errors: those of wire::encode_envelope.
+/// Sends a message as encoded for a radio. Errors: those of wire::encode_envelope.
 [[nodiscard]] Status post(Loopback& link, Time now, const fleet::Envelope& envelope);
 
-/// A message that has arrived and could be read.
+/// A message that has arrived and was decoded.
 struct Received {
   Time t;
   VehicleId to;

@@ -12,7 +12,7 @@
 
 namespace rali::drive {
 
-/// A fact of changing kind: epoch start, then by threes an increment, ranges, points.
+/// A fact of varying kind: epoch start, then in turn an increment, ranges, points.
 inline fleet::Fact some_fact(VehicleId vehicle, std::uint32_t seq, Time t) {
   fleet::Fact fact{{vehicle, 0, seq}, t, fleet::EpochStart{"v", {}}};
   if (seq == 0) return fact;
@@ -48,7 +48,7 @@ inline fleet::Fact some_fact(VehicleId vehicle, std::uint32_t seq, Time t) {
   return fact;
 }
 
-/// Vehicles that make facts and pass them on over a loopback, in steps of 0.1 s.
+/// Vehicles that make facts and exchange them over a loopback, in steps of 0.1 s.
 class TestFleet {
  public:
   TestFleet(std::uint16_t vehicles, const LinkSettings& link, std::uint64_t seed,
@@ -105,7 +105,7 @@ class TestFleet {
     return nodes_.at(VehicleId{id}).delivered.size();
   }
 
-  /// All living vehicles hold the same facts.
+  /// True if all living vehicles hold the same facts.
   [[nodiscard]] bool agree() const {
     std::set<std::uint64_t> hashes;
     for (const auto& [id, node] : nodes_) {

@@ -11,7 +11,7 @@
 
 namespace rali::drive {
 
-/// What the live poses of one vehicle came to.
+/// Statistics of the live poses of one vehicle.
 struct LiveTally {
   std::size_t poses = 0;
   Time t_joined;          ///< of the first
@@ -19,8 +19,8 @@ struct LiveTally {
   FrameStep largest;
 };
 
-/// live/<v>.tum and .cov.csv, the poses in the map as known at the time, and live/<v>.steps.csv:
-/// how T_map_odom stepped.
+/// live/<v>.tum and .cov.csv, the poses in the map as known at the time, and live/<v>.steps.csv,
+/// the steps of T_map_odom.
 class LiveFiles {
  public:
   /// Errors: kMachine.

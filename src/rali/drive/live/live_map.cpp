@@ -16,22 +16,22 @@ using geometry::Vec3;
 
 namespace {
 
-/// The first table that is not due to a vehicle that came, and how much longer the way has become
-/// until the next: the tables together cost a few times what the last one does.
+/// Time of the first scheduled table, and the growth factor of the run time until the next one: all
+/// tables together cost a few times as much as the last one.
 constexpr double kFirst_s = 5.0, kGrowth = 1.3;
 
-/// The first vehicle is waited for as long, then the map is that of the first that has a path.
+/// Time to wait for the first vehicle; then the first one with a path defines the map.
 constexpr double kWait_s = 5.0;
 
-/// Gravity is waited for as long. What inertial data do not tell by then they may never tell.
+/// Time to wait for gravity. If inertial data do not give it by then, they may never.
 constexpr double kWaitLevel_s = 10.0;
 
-/// What odom leaves out of the filter's corrections (vehicle/odom_frame.hpp) is decimetres.
+/// Corrections of the filter that odom leaves out (vehicle/odom_frame.hpp) are decimetres.
 constexpr double kContradiction_m = 0.3;
 
 constexpr double kStep_m = 0.01, kStep_rad = 0.5 * std::numbers::pi / 180.0;
 
-/// How an error of a pose moves another that hangs on it rigidly (geometry::boxplus).
+/// Jacobian of a pose's error for another pose rigidly attached to it (geometry::boxplus).
 Mat6 carried_by(const SE3& T_outer_from, const SE3& T_outer_to) {
   const SE3 T_from_to = T_outer_from.inverse() * T_outer_to;
   Mat6 J = Mat6::Identity();
@@ -40,14 +40,14 @@ Mat6 carried_by(const SE3& T_outer_from, const SE3& T_outer_to) {
   return J;
 }
 
-/// The part of a symmetric matrix that is not negative.
+/// The positive semidefinite part of a symmetric matrix.
 Mat6 positive(const Mat6& m) {
   const Eigen::SelfAdjointEigenSolver<Mat6> eigen(m);
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
          eigen.eigenvectors().transpose();
 }
 
-/// The covariance of a pose in a frame that is turned: rotation is perturbed in the body.
+/// The covariance of a pose in a rotated frame: rotation is perturbed in the body.
 Mat6 turned(const geometry::Mat3& R, const Mat6& covariance) {
   Mat6 J = Mat6::Identity();
   J.bottomRightCorner<3, 3>() = R;
@@ -63,12 +63,12 @@ LiveMap::LiveMap(std::size_t vehicles, const fleet::FleetSettings& settings,
       members_(vehicles) {}
 
 void LiveMap::add(const fleet::Fact& fact) {
-  // A vehicle alone is compared with nobody.
+  // A single vehicle has no peer to compare points with.
   if (members_.size() == 1 && std::holds_alternative<fleet::KeyframePoints>(fact.body)) return;
   centre_.add(fact);
 }
 
-/// Lowest number of those that have a path; nothing while a lower one is waited for.
+/// The lowest number with a path; empty while a lower one is waited for.
 std::optional<VehicleId> LiveMap::reference(Time now) const {
   const auto& paths = centre_.paths();
   if (paths.empty()) return std::nullopt;
@@ -129,7 +129,7 @@ void LiveMap::take(const fleet::FleetEstimate& estimate, Time now) {
 }
 
 /// Poses in a frame that the facts contradict are worse than none: a vehicle without a live pose
-/// drives by its odometry.
+/// navigates by its odometry.
 void LiveMap::withdraw(const fleet::VehicleFrame& frame, Time now) {
   Member& member = members_[frame.vehicle.value];
   if (!member.entry) return;
@@ -140,7 +140,7 @@ void LiveMap::withdraw(const fleet::VehicleFrame& frame, Time now) {
 
 std::vector<Withdrawal> LiveMap::take_withdrawals() { return std::exchange(withdrawals_, {}); }
 
-/// A vehicle goes on from the last keyframe that the table knows.
+/// A vehicle continues from its last keyframe in the table.
 LiveMap::Entry LiveMap::entry_of(const fleet::FleetEstimate& estimate,
                                  const fleet::VehicleFrame& frame) const {
   Entry entry{frame.T_map_odom, {}};
@@ -153,15 +153,15 @@ LiveMap::Entry LiveMap::entry_of(const fleet::FleetEstimate& estimate,
   --last;
   const auto node = path->node_of(last->first.seq);
   if (last->first.vehicle != frame.vehicle || !node) return entry;
-  const fleet::Increment& told = path->nodes()[*node].step;
-  entry.from = Entry::Keyframe{told.T_odom_body, last->second.T_map_body, told.covariance,
+  const fleet::Increment& reported = path->nodes()[*node].step;
+  entry.from = Entry::Keyframe{reported.T_odom_body, last->second.T_map_body, reported.covariance,
                                last->second.covariance};
-  entry.T_map_local = last->second.T_map_body * told.T_odom_body.inverse();
+  entry.T_map_local = last->second.T_map_body * reported.T_odom_body.inverse();
   return entry;
 }
 
-/// Each table levels the map by what is known of gravity then: all poses turn about the first one.
-/// Without gravity the map keeps to the first pose, and nothing turns.
+/// Each table levels the map by the current gravity estimate, which rotates all poses about the
+/// first one. Without gravity the map keeps the orientation of the first pose.
 Mat6 LiveMap::of_level(const SE3& T_map_body, double sigma_rad) const {
   if (levelled_ == 0) return Mat6::Zero();
   const double level_rad = std::max(level_sigma_rad_, sigma_rad);
@@ -175,7 +175,7 @@ std::optional<LivePose> LiveMap::pose(const vehicle::PoseEstimate& pose) const {
   if (pose.vehicle.value >= members_.size()) return std::nullopt;
   const std::optional<Entry>& entry = members_[pose.vehicle.value].entry;
   if (!entry) return std::nullopt;
-  // The vehicle itself knows it a little earlier than the table.
+  // The vehicle has its gravity estimate a little earlier than the table.
   const bool unlevelled = pose.seeks_gravity || (pose.level_sigma_rad > 0.0 && levelled_ == 0);
   if (unlevelled && begin_ && (pose.t - *begin_).s() < kWaitLevel_s) return std::nullopt;
   LivePose live;
@@ -186,7 +186,7 @@ std::optional<LivePose> LiveMap::pose(const vehicle::PoseEstimate& pose) const {
   live.covariance = turned(R, pose.covariance) + level;
   if (!entry->from) return live;
   const Entry::Keyframe& from = *entry->from;
-  // What the odometry has gathered since, beside what the table knows of the keyframe.
+  // Growth of the odometry's covariance since, added to the keyframe's covariance in the table.
   const Mat6 J_local = carried_by(from.T_local_body, pose.T_local_body);
   const Mat6 gathered =
       positive(pose.covariance - J_local * from.covariance_local * J_local.transpose());
@@ -199,8 +199,8 @@ std::optional<LivePose> LiveMap::pose(const vehicle::PoseEstimate& pose) const {
   return live;
 }
 
-/// A range that comes after a long stretch without any moves the filter by what it had not known;
-/// the keyframe from which a live pose goes on has it as the table has, with or without that error.
+/// A range after a long stretch without any corrects the error that the filter has accumulated. The
+/// keyframe from which a live pose continues may still contain that error in the table, or not.
 std::optional<geometry::Vec6> LiveMap::contradiction(const vehicle::PoseEstimate& pose,
                                                      const LivePose& live) const {
   constexpr double kSigmas = 3.0;

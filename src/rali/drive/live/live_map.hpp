@@ -11,15 +11,15 @@
 
 namespace rali::drive {
 
-/// Where a vehicle is in the map, as far as anybody could know at the time.
+/// A vehicle's pose in the map, as known at the time.
 struct LivePose {
   Time t;
   geometry::SE3 T_map_body;
   geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
-  bool contradicted = false;                           ///< the table, by the vehicle's own filter
+  bool contradicted = false;                           ///< the filter contradicts the table
 };
 
-/// T_map_odom changed under a vehicle's feet.
+/// A step of T_map_odom during the run.
 struct FrameStep {
   Time t;
   double shift_m = 0.0;  ///< of the body
@@ -27,48 +27,48 @@ struct FrameStep {
   std::string reason;  ///< "joined", "table", "range", "lidar"
 };
 
-/// A vehicle had live poses in the map, and a later table no longer holds it there.
+/// A vehicle had live poses in the map, but a later table no longer has it in this map.
 struct Withdrawal {
   VehicleId vehicle;
   Time t_joined, t_withdrawn;
   std::string reason;  ///< a sentence; may be empty
 };
 
-/// The fleet's map while it is made: from what the vehicles have reported so far a table is solved
-/// now and then, which says where each vehicle's frame `local` lies in the map; in between, a
-/// vehicle goes on from its last keyframe in the table. The map is that of the first vehicle:
-/// origin and heading of its first pose, z up. A vehicle that a table no longer holds in this map
-/// has no live pose until one does again. Where its own filter has meanwhile been corrected by more
-/// than both may be wrong, either may be right: a live pose states the difference until a new table
-/// is solved, which is due then.
+/// The fleet's map while it is made. From the facts reported so far a table is solved from time to
+/// time; it gives the transform from each vehicle's frame `local` to the map. Between two tables, a
+/// live pose continues from the vehicle's last keyframe in the table. The map frame is that of the
+/// first vehicle: origin and heading of its first pose, z up. A vehicle that is not in this map in
+/// a new table has no live pose until a table contains it again. If the vehicle's own filter has
+/// since been corrected by more than both covariances explain, either may be right. The live pose
+/// then includes the difference in its covariance, and a new table becomes due.
 class LiveMap {
  public:
-  /// @param vehicles of the fleet, with a path or not
+  /// @param vehicles number of vehicles in the fleet, with a path or not
   LiveMap(std::size_t vehicles, const fleet::FleetSettings& settings, fleet::FleetKnowledge known);
 
   void add(const fleet::Fact& fact);
 
-  /// Solves a new table if it is time for one. @param now data time
+  /// Solves a new table if one is due. @param now data time
   void advance(Time now, Executor& executor);
 
-  /// Nothing as long as the vehicle is not joined to the first one's map, or seeks gravity: until
-  /// then it does not know which way the map is level. It is not waited for longer than 10 s.
+  /// Empty as long as the vehicle is not joined to the first one's map, or still estimates gravity:
+  /// until then the level of the map is not known. This wait ends after 10 s.
   [[nodiscard]] std::optional<LivePose> pose(const vehicle::PoseEstimate& pose) const;
 
-  /// The largest steps matter to who navigates in the map: those below a centimetre and half a
-  /// degree are none. @param pose of which `live` was made
+  /// The step of T_map_odom with this pose; steps below a centimetre and half a degree are ignored.
+  /// @param pose of which `live` was made
   [[nodiscard]] std::optional<FrameStep> step(const vehicle::PoseEstimate& pose,
                                               const LivePose& live);
 
-  /// Those since the last call.
+  /// The withdrawals since the last call.
   [[nodiscard]] std::vector<Withdrawal> take_withdrawals();
 
  private:
-  /// What the last table says of one vehicle.
+  /// What the last table contains of one vehicle.
   struct Entry {
     geometry::SE3 T_map_local;
 
-    /// The keyframe it goes on from; none: the vehicle's frame is the map's.
+    /// The keyframe from which live poses continue; none: the vehicle's frame is the map's.
     struct Keyframe {
       geometry::SE3 T_local_body, T_map_body;
       geometry::Mat6 covariance_local, covariance_map;
@@ -79,10 +79,10 @@ class LiveMap {
 
   struct Member {
     std::optional<Entry> entry;
-    std::size_t tables = 0;  ///< with an entry
+    std::size_t tables = 0;  ///< number of tables with an entry
     std::optional<Time> t_joined;
     std::optional<geometry::SE3> T_map_odom;
-    std::size_t tables_seen = 0;                    ///< when T_map_odom was
+    std::size_t tables_seen = 0;                    ///< at the time of T_map_odom
     std::optional<geometry::SE3> T_map_odom_table;  ///< with the first pose after the last table
   };
 
@@ -98,7 +98,7 @@ class LiveMap {
                                const fleet::VehicleFrame& frame) const;
   [[nodiscard]] std::optional<VehicleId> reference(Time now) const;
 
-  double level_sigma_rad_ = 0.0;  ///< of the map's roll and pitch, where gravity tells it
+  double level_sigma_rad_ = 0.0;  ///< of the map's roll and pitch, if levelled by gravity
   fleet::RoundCentre centre_;
   std::vector<Member> members_;
   std::vector<Withdrawal> withdrawals_;

@@ -19,7 +19,7 @@ vehicle::PoseEstimate pose_of(std::size_t v, Time t, const fleet::Increment& ste
   return pose;
 }
 
-/// A live map that receives a fleet of two, as its vehicles tell.
+/// A live map that receives the facts of a fleet of two as they are reported.
 struct Received {
   explicit Received(const fleet::FleetKnowledge& known) : map(2, fleet::FleetSettings{}, known) {}
 
@@ -34,7 +34,7 @@ struct Received {
       const auto live = map.pose(pose);
       if (!live) continue;
       last[pose.vehicle.value] = live;
-      if (const auto told = map.step(pose, *live)) steps.push_back(*told);
+      if (const auto reported = map.step(pose, *live)) steps.push_back(*reported);
     }
   }
 
@@ -74,7 +74,7 @@ TEST(LiveMap, a_vehicle_that_nothing_joins_has_no_pose_in_the_map) {
   EXPECT_FALSE(received.last[1]);
 }
 
-// A start pose that ranges contradict: the table of the prior comes first, later ones deny it.
+// A start pose contradicted by ranges: the first table uses the prior, later ones reject it.
 TEST(LiveMap,
      a_vehicle_that_a_table_no_longer_holds_has_no_pose_and_is_reported_with_its_interval) {
   fleet::RoundsForTest options;
@@ -85,7 +85,7 @@ TEST(LiveMap,
   for (int round = 0; round < 2; ++round) received.receive(fleet.round());
   ASSERT_TRUE(received.last[1]);
   EXPECT_TRUE(received.map.take_withdrawals().empty());
-  // Ranges of a place ten metres away, for longer than the good ones were.
+  // Ranges of a position ten metres away, for longer than the good ones.
   SerialExecutor executor;
   Time t_last;
   for (int round = 0; round < 12 && !received.withdrawn; ++round) {
@@ -125,7 +125,7 @@ TEST(LiveMap, what_the_frame_moves_under_a_vehicle_is_told_with_its_reason) {
   EXPECT_NEAR(step->shift_m, 0.5, 1e-9);
 }
 
-// After a stretch without ranges the filter goes 20 m back at once, the table follows later.
+// After a stretch without ranges the filter shifts back by 20 m at once; the table follows later.
 TEST(LiveMap, states_what_the_filter_has_moved_beyond_its_error_and_solves_anew) {
   constexpr int kRounds = 16;  // so many that the next table is not due for 6 s
   fleet::RoundsForTest options;
@@ -144,7 +144,7 @@ TEST(LiveMap, states_what_the_filter_has_moved_beyond_its_error_and_solves_anew)
   look(received.map);
   const LivePose before = look(received.map);
   EXPECT_FALSE(before.contradicted);
-  LiveMap calm = received.map;      // sees the pose that has moved only later
+  LiveMap calm = received.map;      // receives the shifted pose only later
   pose.T_local_body.p.x() -= 20.0;  // local moves, odom does not
   const LivePose moved = look(received.map);
   EXPECT_TRUE(moved.contradicted);
@@ -159,7 +159,7 @@ TEST(LiveMap, states_what_the_filter_has_moved_beyond_its_error_and_solves_anew)
   EXPECT_TRUE(look(calm).contradicted) << "without a contradiction no table is due yet";
 }
 
-// Gravity is known better with time: each table may turn the map about its first pose.
+// The gravity estimate improves with time: each table may rotate the map about its first pose.
 TEST(LiveMap, what_is_far_away_states_how_well_gravity_levels_the_map) {
   fleet::FleetSettings settings;
   settings.joint.tilt_deg = 0.573;  // 10 mrad
@@ -179,12 +179,12 @@ TEST(LiveMap, what_is_far_away_states_how_well_gravity_levels_the_map) {
   ASSERT_GT((p_m - origin_m).norm(), 29.0);
   EXPECT_NEAR(live->covariance(5, 5), 1e-4 * p_m.head<2>().squaredNorm(), 1e-3);
   EXPECT_NEAR(live->covariance(2, 2), 0.0, 1e-9) << "heading is none of gravity's";
-  // After a start in motion the vehicle itself knows it less well.
+  // After a start in motion the vehicle's own gravity estimate is less certain.
   pose.level_sigma_rad = 0.03;
   EXPECT_NEAR(map.pose(pose)->covariance(5, 5), 9e-4 * p_m.head<2>().squaredNorm(), 1e-2);
 }
 
-// A start in motion takes what accelerates the vehicle for gravity: a map that is off by degrees.
+// A start in motion mistakes acceleration for gravity: the map would be off by degrees.
 TEST(LiveMap, waits_for_gravity_but_not_for_ever) {
   LiveMap map(1, fleet::FleetSettings{}, {});
   SerialExecutor executor;

@@ -5,7 +5,7 @@
 namespace rali::drive {
 namespace {
 
-/// A turn between sweeps farther apart than this is not one motion any more.
+/// A rotation between scans farther apart is not one motion any more.
 constexpr double kTurnMax_s = 0.5;
 
 }  // namespace
@@ -15,11 +15,11 @@ LidarTurning::LidarTurning(const odometry::OdometrySettings& settings)
 
 void LidarTurning::see(const sensor::LidarScan& scan, Executor& executor) {
   if (scan.size() == 0) return;
-  FindingList ignored;  // of an odometry that was started for its turning alone
+  FindingList ignored;  // this odometry is only used for its rotation
   const odometry::ScanResult result = odometry_->process(scan, executor, ignored);
   using odometry::TrackState;
   const bool good = result.state == TrackState::kGood || result.state == TrackState::kWeak;
-  ++sweeps_;
+  ++scans_;
   if (!good) {
     if (result.state != TrackState::kWaiting) ++lost_;
     last_.reset();

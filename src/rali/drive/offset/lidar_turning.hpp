@@ -14,22 +14,22 @@
 
 namespace rali::drive {
 
-/// Where the LiDAR was in the frame of its odometry. Pieces are apart where it was lost.
+/// LiDAR position in the frame of its odometry. A new piece starts after each loss of tracking.
 struct TrackPoint {
   Time t;
   geometry::Vec3 p_odom_m = geometry::Vec3::Zero();
   std::uint32_t piece = 0;
 };
 
-/// How the LiDAR turned from sweep to sweep, by a LiDAR odometry of its own: without inertial data
-/// and with the LiDAR as the body, so that it owes nothing to gyro or extrinsics and can be
-/// compared with both.
+/// Rotation of the LiDAR from scan to scan, by a separate LiDAR odometry: without inertial data and
+/// with the LiDAR as the body. It is thus independent of gyro and extrinsics and can be compared
+/// with both.
 class LidarTurning {
  public:
-  /// @param settings how many points of each scan it takes, and the like.
+  /// @param settings number of points taken from each scan, and the like.
   explicit LidarTurning(const odometry::OdometrySettings& settings = {});
 
-  /// Sweeps in the order of time; one without points is passed over.
+  /// Scans in time order; a scan without points is skipped.
   void see(const sensor::LidarScan& scan, Executor& executor);
 
   [[nodiscard]] const std::vector<imu::LidarTurn>& turns() const { return turns_; }
@@ -37,10 +37,10 @@ class LidarTurning {
   /// Its positions, by time.
   [[nodiscard]] const std::vector<TrackPoint>& track() const { return track_; }
 
-  /// Sweeps with points.
-  [[nodiscard]] std::uint64_t sweeps() const { return sweeps_; }
+  /// Scans with points.
+  [[nodiscard]] std::uint64_t scans() const { return scans_; }
 
-  /// Sweeps in which LiDAR alone lost its way.
+  /// Scans in which the LiDAR odometry lost tracking.
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
  private:
@@ -49,7 +49,7 @@ class LidarTurning {
   std::vector<imu::LidarTurn> turns_;
   std::vector<TrackPoint> track_;
   std::uint32_t piece_ = 0;
-  std::uint64_t sweeps_ = 0, lost_ = 0;
+  std::uint64_t scans_ = 0, lost_ = 0;
 };
 
 }  // namespace rali::drive

@@ -13,15 +13,15 @@
 namespace rali::drive {
 namespace {
 
-/// Looked at before the first answer, between answers, and at most [s of data].
-constexpr double kFirst_s = 20.0, kStep_s = 10.0, kMost_s = 60.0;
-/// Four of these are kOffsetLeast_s: more data would hardly change what is done with the offset.
+/// Data before the first result, between results, and at most [s of data].
+constexpr double kFirst_s = 20.0, kStep_s = 10.0, kMax_s = 60.0;
+/// Four of these are kOffsetMin_s: more data would hardly change the decision.
 constexpr double kCertain_s = 0.0025;
-/// A gyro at 3 kHz over kMost_s; what is faster ends the search early.
+/// A gyro at 3 kHz over kMax_s; a faster one ends the search early.
 constexpr std::size_t kImuMax = 200'000;
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
-/// Half the points of a map: the offset is uncertain by the shape of the turns, not by the noise of
+/// Half the points of a map: the shape of the turns limits the offset's accuracy, not the noise of
 /// each.
 odometry::OdometrySettings turning_settings() {
   odometry::OdometrySettings settings;
@@ -34,16 +34,16 @@ bool is_certain(const imu::RotationStudy& study) {
   return study.time_offset_s && study.time_offset_sigma_s <= kCertain_s;
 }
 
-/// Collects the turning of both sensors while the events of the beginning go by.
+/// Collects the rotation of both sensors while the first events pass.
 class Search {
  public:
-  Search(EventSource& events, Executor& executor, double most_s)
-      : events_(events), executor_(executor), most_s_(most_s) {}
+  Search(EventSource& events, Executor& executor, double max_s)
+      : events_(events), executor_(executor), max_s_(max_s) {}
 
   LidarTimeOffset run(const std::function<bool(double)>& go_on) {
     double next_answer_s = kFirst_s;
     while (imu_.size() < kImuMax) {
-      if (!go_on(std::clamp(looked_at_s() / most_s_, 0.0, 1.0))) {
+      if (!go_on(std::clamp(looked_at_s() / max_s_, 0.0, 1.0))) {
         return {0.0, {}, {}, "not estimated: the run was stopped"};
       }
       const auto event = events_.next();
@@ -79,7 +79,7 @@ class Search {
 
   EventSource& events_;
   Executor& executor_;
-  double most_s_;
+  double max_s_;
   LidarTurning lidar_{turning_settings()};
   std::vector<sensor::ImuSample> imu_;
   std::optional<Time> t_first_;
@@ -101,7 +101,7 @@ LidarTimeOffset judge_time_offset(const imu::RotationStudy& study, double looked
   }
   out.estimate_s = *study.time_offset_s;
   out.sigma_s = study.time_offset_sigma_s;
-  const double limit_s = std::max(kOffsetLeast_s, 4.0 * *out.sigma_s);
+  const double limit_s = std::max(kOffsetMin_s, 4.0 * *out.sigma_s);
   const bool significant = std::abs(*out.estimate_s) > limit_s;
   if (significant) out.value_s = std::round(*out.estimate_s * 1e4) * 1e-4;
   out.origin = fmt::format("{:+.1f} ms by turning, sigma {:.1f} ms{}", 1e3 * *out.estimate_s,
@@ -110,12 +110,12 @@ LidarTimeOffset judge_time_offset(const imu::RotationStudy& study, double looked
 }
 
 LidarTimeOffset estimate_time_offset(const VehicleJob& job, Executor& executor, bool read_ahead,
-                                     const std::function<bool(double share)>& go_on) {
+                                     const std::function<bool(double fraction)>& go_on) {
   VehicleJob beginning = job;
   beginning.input.lidar_time_offset = {};
-  beginning.input.extrinsics = ExtrinsicsCheck::kOff;  // turning asks for no extrinsics
+  beginning.input.extrinsics = ExtrinsicsCheck::kOff;  // the rotation study needs no extrinsics
   double& duration_s = beginning.input.duration_s;
-  duration_s = duration_s > 0.0 ? std::min(duration_s, kMost_s) : kMost_s;
+  duration_s = duration_s > 0.0 ? std::min(duration_s, kMax_s) : kMax_s;
   const auto source = open_events(beginning);
   if (!source) return {0.0, {}, {}, "not estimated: the input cannot be read"};
   if (!read_ahead) return Search(**source, executor, duration_s).run(go_on);
@@ -129,7 +129,7 @@ Finding time_offset_finding(const LidarTimeOffset& offset, const InputReport& re
   f.vehicle = report.vehicle;
   f.topic = report.lidar_topic;
   f.value = offset.estimate_s.value_or(0.0);
-  f.limit = std::max(kOffsetLeast_s, 4.0 * offset.sigma_s.value_or(0.0));
+  f.limit = std::max(kOffsetMin_s, 4.0 * offset.sigma_s.value_or(0.0));
   const bool applied = offset.value_s != 0.0;
   f.severity = applied ? Severity::kWarning : Severity::kInfo;
   f.text = fmt::format("time offset of the LiDAR's stamps: {:+.4f} s {} ({})", offset.value_s,

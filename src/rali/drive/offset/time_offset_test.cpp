@@ -59,8 +59,8 @@ TEST(TimeOffset, of_a_recording_whose_lidar_is_40_ms_early_is_found) {
   SerialExecutor serial;
   double seen = 0.0;
   const LidarTimeOffset offset =
-      estimate_time_offset(job_of(path), serial, false, [&](double share) {
-        seen = share;
+      estimate_time_offset(job_of(path), serial, false, [&](double fraction) {
+        seen = fraction;
         return true;
       });
   EXPECT_NEAR(offset.value_s, 0.040, 0.003) << offset.origin;

@@ -28,11 +28,11 @@ KeyframeRecord keyframe_at(std::uint32_t seq, double t_s, double x_m) {
 }
 
 vehicle::KeyframeCorrected corrected(double x_m, double y_m, double yaw_rad, double variance) {
-  vehicle::KeyframeCorrected said;
-  said.T_local_body.R = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad);
-  said.T_local_body.p = {x_m, y_m, 0.0};
-  said.covariance = variance * geometry::Mat6::Identity();
-  return said;
+  vehicle::KeyframeCorrected reported;
+  reported.T_local_body.R = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad);
+  reported.T_local_body.p = {x_m, y_m, 0.0};
+  reported.covariance = variance * geometry::Mat6::Identity();
+  return reported;
 }
 
 TEST(CorrectedPath, without_corrections_nothing_changes_to_the_last_bit) {
@@ -61,11 +61,11 @@ TEST(CorrectedPath, between_keyframes_the_correction_grows_with_the_way) {
   EXPECT_NEAR(keyframes[1].covariance(0, 0), 0.06, 1e-12);
 }
 
-// A vehicle that stood for ten minutes after its last keyframe was 3 cm off with a stated sigma of
-// 1.3 cm: the odometry's, which knows nothing of the frame between the vehicles.
+// A vehicle at standstill for ten minutes after its last keyframe was 3 cm off with a stated sigma
+// of 1.3 cm: the odometry's, which excludes the error of the frame between the vehicles.
 TEST(CorrectedPath, after_the_last_keyframe_doubt_grows_as_the_odometry_says) {
   std::vector<PoseRecord> poses = {pose_at(0.0, 0.0), pose_at(1.0, 1.0), pose_at(2.0, 2.0)};
-  poses[1].covariance(3, 3) += 0.09;  // blind along x
+  poses[1].covariance(3, 3) += 0.09;  // degenerate along x
   poses[2].covariance *= 0.5;         // ranges came
   std::vector<KeyframeRecord> keyframes = {keyframe_at(0, 0.0, 0.0)};
   correct_path({{0, corrected(0.0, 0.0, 0.0, 0.04)}}, poses, keyframes);

@@ -25,8 +25,8 @@ std::optional<geometry::SE3> FinalPath::at(Time t) const {
   if (after == poses_->end() || !is_good(*after)) return std::nullopt;
   const double span_s = seconds_between(a.t, after->t);
   if (span_s > kGap_s && !after->tied) return std::nullopt;
-  const double share = seconds_between(a.t, t) / span_s;
-  return T_map_local_ * geometry::interpolate(a.T_local_body, after->T_local_body, share);
+  const double fraction = seconds_between(a.t, t) / span_s;
+  return T_map_local_ * geometry::interpolate(a.T_local_body, after->T_local_body, fraction);
 }
 
 const PoseRecord* FinalPath::before(Time t) const {

@@ -12,20 +12,20 @@
 namespace rali::drive {
 
 /// For tests: a vehicle in a corridor 60 m long and 3 m wide along x, its LiDAR 0.8 m above the
-/// ground, odom = map. It tells a pose and a node of its path every half second.
+/// ground, odom = map. It reports a pose and a node of its path every half second.
 class DrivenVehicle {
  public:
   DrivenVehicle(const std::string& out_dir, std::uint16_t number, SessionFile* session = nullptr)
       : id_{number}, run_(make(out_dir, number, session)) {}
 
-  /// From where it is to x_m within the time given; a keyframe at the end.
+  /// Drives from its position to x_m within the given time; a keyframe at the end.
   DrivenVehicle& drive(double x_m, double duration_s) {
     const double from_m = x_m_;
     const int steps = static_cast<int>(duration_s / 0.5);
     for (int i = 1; i <= steps; ++i) {
       x_m_ = from_m + (x_m - from_m) * i / steps;
       t_s_ += 0.5;
-      tell(false);
+      report(false);
     }
     keyframe();
     return *this;
@@ -34,26 +34,26 @@ class DrivenVehicle {
   DrivenVehicle& stand(double duration_s) {
     for (int i = 1; i <= static_cast<int>(duration_s / 0.5); ++i) {
       t_s_ += 0.5;
-      tell(true);
+      report(true);
     }
     return *this;
   }
 
-  /// Something that stands in the corridor at its keyframes from now on.
+  /// Adds an obstacle that stands in the corridor at its keyframes from now on.
   DrivenVehicle& sees(const map::test::Cylinder& cylinder) {
     cylinders_.push_back(cylinder);
     return *this;
   }
 
-  /// Where it begins, at t = 0.
+  /// Its start position, at t = 0.
   DrivenVehicle& begin(double x_m, bool at_rest) {
     x_m_ = x_m;
-    tell(at_rest);
+    report(at_rest);
     keyframe();
     return *this;
   }
 
-  /// With its frame and its keyframes where the fleet has them.
+  /// With its frame and its keyframes from the joint estimate.
   [[nodiscard]] VehicleRun finish(const geometry::SE3& T_map_local = {},
                                   KeyframeCorrections keyframes = {}) {
     run_.join(T_map_local, std::move(keyframes));
@@ -73,7 +73,7 @@ class DrivenVehicle {
     EXPECT_TRUE(run_.take({std::move(output)}, findings));
   }
 
-  void tell(bool at_rest) {
+  void report(bool at_rest) {
     vehicle::PoseEstimate pose;
     pose.t = Time::from_s(t_s_);
     pose.T_local_body = map::test::pose_at(x_m_, 1.5, 0.8);
@@ -88,12 +88,12 @@ class DrivenVehicle {
 
   void keyframe() {
     const map::test::Room corridor{{0.0, 0.0, 0.0}, {60.0, 3.0, 3.0}, cylinders_};
-    const map::test::Sweep sweep =
+    const map::test::Scan scan =
         map::test::look_around(corridor, map::test::pose_at(x_m_, 1.5, 0.8), t_s_);
     auto made = std::make_shared<odometry::Keyframe>();
     made->t = Time::from_s(t_s_);
-    made->T_odom_body = sweep.T_map_body;
-    const map::KeyframeView view = sweep.view();
+    made->T_odom_body = scan.T_map_body;
+    const map::KeyframeView view = scan.view();
     made->cloud.x_m.assign(view.x_m.begin(), view.x_m.end());
     made->cloud.y_m.assign(view.y_m.begin(), view.y_m.end());
     made->cloud.z_m.assign(view.z_m.begin(), view.z_m.end());

@@ -50,7 +50,7 @@ Result<SiteMark> mark_of(const io::CsvReader& csv, const std::array<int, 6>& col
   return mark;
 }
 
-/// Means of both sides, weighted.
+/// Weighted means of both sides.
 struct Centre {
   geometry::Vec3 map_m = geometry::Vec3::Zero(), site_m = geometry::Vec3::Zero();
   double weight = 0.0;

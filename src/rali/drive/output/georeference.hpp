@@ -12,7 +12,7 @@
 
 namespace rali::drive {
 
-/// A vehicle's body stood over a point of known site coordinates.
+/// The vehicle's body origin was above a point with known site coordinates.
 struct SiteMark {
   VehicleId vehicle;
   Time t;
@@ -20,7 +20,7 @@ struct SiteMark {
   double sigma_m = 0.0;  ///< of each axis
 };
 
-/// Marks that fix yaw and translation; fewer do not show their own errors.
+/// Minimum number of marks for yaw and translation; fewer do not reveal their own errors.
 inline constexpr std::size_t kMarksMin = 3;
 
 /// Reads `vehicle,stamp_s,x_m,y_m,z_m,sigma_m`. Errors: kInput with file and line (a column
@@ -28,7 +28,7 @@ inline constexpr std::size_t kMarksMin = 3;
 [[nodiscard]] Result<std::vector<SiteMark>> read_marks_csv(const std::string& path,
                                                            const io::RadioNames& names);
 
-/// A mark and where the map has it.
+/// A mark and its position in the map.
 struct MarkPair {
   std::string vehicle;
   Time t;
@@ -39,15 +39,15 @@ struct MarkPair {
 struct MarkResidual {
   std::string vehicle;
   Time t;
-  geometry::Vec3 residual_site_m = geometry::Vec3::Zero();  ///< map placed on the site less mark
+  geometry::Vec3 residual_site_m = geometry::Vec3::Zero();  ///< map position on the site minus mark
   double sigma_m = 0.0;
 };
 
-/// Where map lies on the site: p_site = Rz(yaw) p_map + p_site_map. Gravity levels both.
+/// Pose of map on the site: p_site = Rz(yaw) p_map + p_site_map. Both are levelled by gravity.
 struct SiteFrame {
   double yaw_rad = 0.0;
   geometry::Vec3 p_site_map_m = geometry::Vec3::Zero();
-  double yaw_sigma_rad = 0.0;  ///< by the sigmas of the marks
+  double yaw_sigma_rad = 0.0;  ///< from the sigmas of the marks
   double rms_m = 0.0;          ///< of the residuals, 3-D
   std::vector<MarkResidual> residuals;
 
@@ -55,8 +55,8 @@ struct SiteFrame {
 };
 
 /// Weighted least squares over yaw and translation.
-/// Errors: kNoAnswer (fewer than kMarksMin marks, or so close together that the heading stays
-/// uncertain by more than 3 degrees).
+/// Errors: kNoAnswer (fewer than kMarksMin marks, or so close together that the heading sigma
+/// exceeds 3 degrees).
 [[nodiscard]] Result<SiteFrame> solve_site(std::span<const MarkPair> marks);
 
 }  // namespace rali::drive

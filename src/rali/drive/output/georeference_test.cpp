@@ -19,7 +19,7 @@ std::vector<MarkPair> pairs_of(const SiteFrame& truth) {
   return pairs;
 }
 
-// Coordinates of a national grid: 4000 km of them must not cost millimetres.
+// Coordinates of a national grid: their 4000 km must not cost millimetres.
 TEST(Georeference, finds_yaw_and_translation_of_a_site) {
   SiteFrame truth;
   truth.yaw_rad = 2.1;

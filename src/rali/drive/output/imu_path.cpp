@@ -15,7 +15,7 @@ constexpr double kSampleGap_s = 0.1;
 
 using Samples = std::span<const sensor::ImuSample>;
 
-/// Motion since the first scan as the samples alone give it, from zero velocity.
+/// Motion since the first scan from the samples alone, starting at zero velocity.
 struct Integral {
   geometry::Mat3 R = geometry::Mat3::Identity();  ///< of the IMU at the first scan
   geometry::Vec3 v_map_mps = geometry::Vec3::Zero();
@@ -32,7 +32,7 @@ struct Integral {
   }
 };
 
-/// The samples around one interval between scans and what they integrate to.
+/// The samples around one interval between scans and their integrals.
 class Interval {
  public:
   /// @param first of `all` after t0; @param T0, T1 poses of the IMU in map at the scans
@@ -72,7 +72,7 @@ class Interval {
   }
 
  private:
-  /// From `from` to `to`, which lies between the samples i - 1 and i.
+  /// Integrates `from` to `to`, where `to` lies between the samples i - 1 and i.
   void step(Samples all, std::size_t i, Time from, Time to, Integral& sum) const {
     const sensor::ImuSample& before = all[i > 0 ? i - 1 : i];
     const double dt_s = seconds_between(from, to);

@@ -13,7 +13,7 @@ using geometry::Vec3;
 constexpr double kRadius_m = 5.0, kTurn_radps = 0.8;
 const geometry::SE3 kBodyImu{geometry::rotation_from_rpy(0.0, 0.1, 1.2), {0.3, -0.2, 0.1}};
 
-/// The IMU drives a circle and shakes up and down at 8 Hz, far above what scans resolve.
+/// The IMU moves in a circle and shakes up and down at 8 Hz, far above what scans resolve.
 geometry::SE3 imu_at(double t_s) {
   const double yaw = kTurn_radps * t_s;
   geometry::SE3 T;

@@ -13,7 +13,7 @@ JointPath joint_path(const fleet::FleetEstimate& estimate, VehicleId vehicle) {
   if (frame == estimate.frames.end()) return path;
   path.T_map_local = frame->T_map_odom;
   const geometry::SE3 T_odom_map = frame->T_map_odom.inverse();
-  // Rotation is perturbed in the body, position in the outer frame: only the latter turns.
+  // Rotation is perturbed in the body, position in the outer frame: only the position part rotates.
   geometry::Mat6 turn = geometry::Mat6::Identity();
   turn.bottomRightCorner<3, 3>() = T_odom_map.R;
   const auto begin = estimate.keyframes.lower_bound({vehicle, 0});

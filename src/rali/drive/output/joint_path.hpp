@@ -5,23 +5,23 @@
 
 namespace rali::drive {
 
-/// Where the fleet's joint estimate has a vehicle's frame, and its keyframes in odom.
+/// A vehicle's frame in the fleet's joint estimate, and its keyframes in odom.
 struct JointPath {
   geometry::SE3 T_map_local;
-  KeyframeCorrections keyframes;  ///< empty: the estimate leaves the vehicle to itself
+  KeyframeCorrections keyframes;  ///< empty: the vehicle is not part of the joint estimate
 };
 
-/// Identity and nothing for a vehicle that the estimate does not know.
+/// Identity and no keyframes for a vehicle that the estimate does not contain.
 [[nodiscard]] JointPath joint_path(const fleet::FleetEstimate& estimate, VehicleId vehicle);
 
-/// Tells a vehicle where the fleet's joint estimate has its frame and its keyframes; nothing if the
-/// estimate leaves the vehicle to itself.
+/// Gives a vehicle's run its frame and keyframes from the fleet's joint estimate; no effect if the
+/// vehicle is not part of it.
 void join_path(const fleet::FleetEstimate& estimate, VehicleId vehicle, VehicleRun& run);
 
-/// One vehicle that knows gravity levels the frame of all that share it.
+/// If one vehicle knows gravity, the frame of all vehicles that share it counts as levelled.
 void share_levels(const fleet::FleetEstimate& estimate, std::vector<VehicleRun>& runs);
 
-/// Gives vehicles that told nothing of a path a group of their own, with the reason.
+/// Gives vehicles that reported no path a group of their own, with the reason.
 void add_absent(std::size_t vehicles, fleet::FleetEstimate& estimate);
 
 }  // namespace rali::drive

@@ -77,7 +77,8 @@ map::KeyframeStream keyframe_stream(const std::string& out_dir,
       view.t = record.t;
       view.vehicle = static_cast<std::uint8_t>(record.id.vehicle.value);
       view.T_map_body = T_map_local * record.T_local_body;
-      // Rotation is perturbed in the body, position in the outer frame: only the latter turns.
+      // Rotation is perturbed in the body, position in the outer frame: only the position part
+      // rotates.
       geometry::Mat6 J = geometry::Mat6::Identity();
       J.bottomRightCorner<3, 3>() = T_map_local.R;
       view.covariance = J * record.covariance * J.transpose();

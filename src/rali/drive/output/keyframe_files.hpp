@@ -19,12 +19,12 @@ struct KeyframeRecord {
   geometry::Mat6 information_relative = geometry::Mat6::Zero();
   geometry::SE3 T_body_lidar;
   std::size_t points = 0;
-  bool has_rings = true;  ///< false: which laser measured a point is not known
-  bool diverged = false;  ///< cut from the map
+  bool has_rings = true;  ///< false: the laser of each point is not known
+  bool diverged = false;  ///< left out of the map
   std::string file;       ///< relative to the output folder
 };
 
-/// Writes keyframes/<v>/<seq>.pcd as they come, each whole or not at all. Errors: kMachine.
+/// Writes keyframes/<v>/<seq>.pcd one by one, each completely or not at all. Errors: kMachine.
 [[nodiscard]] Result<KeyframeRecord> write_keyframe(const std::string& out_dir,
                                                     const std::string& vehicle,
                                                     const vehicle::KeyframeAdded& added);
@@ -35,7 +35,7 @@ struct KeyframeRecord {
                                                   const std::vector<KeyframeRecord>& records,
                                                   const geometry::SE3& T_map_local);
 
-/// Takes the files of a vehicle's keyframes away again, and their folder if it is empty then.
+/// Removes the keyframe files of a vehicle, and their folder if it is empty then.
 void remove_keyframes(const std::string& out_dir, const std::string& vehicle,
                       const std::vector<KeyframeRecord>& records);
 

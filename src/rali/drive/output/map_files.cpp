@@ -22,8 +22,8 @@ io::MapColumns columns(const map::MapCloud& cloud) {
           cloud.sigma_m, cloud.seen, cloud.vehicle};
 }
 
-/// The map in site coordinates, in parts so that it does not lie in memory twice. Coordinates of a
-/// site do not fit a float: they are given relative to the map's origin on the site.
+/// The map in site coordinates, in parts so that it is not in memory twice. Site coordinates do not
+/// fit a float: they are stored relative to the map's origin on the site.
 class SiteParts {
  public:
   SiteParts(const map::MapCloud& cloud, const SiteFrame& site)
@@ -93,7 +93,7 @@ Status write_clouds(const map::MapResult& result, const MapJob& job,
 
 Status write_grid_files(const map::OccupancyGrid& grid, const std::string& out_dir) {
   std::vector<io::GridCell> cells(grid.cells.size());
-  // The map room counts rows from the top of the picture, the file writer from the smallest y.
+  // The map room counts rows from the top of the image, the file writer from the smallest y.
   for (std::size_t row = 0; row < grid.height; ++row) {
     for (std::size_t column = 0; column < grid.width; ++column) {
       const std::uint8_t value = grid.cells[(grid.height - 1 - row) * grid.width + column];
@@ -112,7 +112,7 @@ Status write_grid_files(const map::OccupancyGrid& grid, const std::string& out_d
   return io::write_grid(out_dir + "/map_2d", view);
 }
 
-/// Where the other vehicles' bodies were at t.
+/// Positions of the other vehicles' bodies at t.
 std::vector<geometry::Vec3> others_at(const std::vector<const VehicleRun*>& runs, VehicleId vehicle,
                                       Time t) {
   std::vector<geometry::Vec3> others_map_m;
@@ -126,7 +126,7 @@ std::vector<geometry::Vec3> others_at(const std::vector<const VehicleRun*>& runs
 
 }  // namespace
 
-// By time: each point is marked as that vehicle's which saw it first, not all as the first one's.
+// By time: each point belongs to the vehicle that observed it first, not all to the first vehicle.
 map::KeyframeStream map_stream(const std::vector<const VehicleRun*>& runs, const MapJob& job) {
   return [&runs, &job](const map::KeyframeVisitor& visit) {
     const FleetRunView fleet{nullptr, runs, job.out_dir};

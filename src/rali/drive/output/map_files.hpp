@@ -12,16 +12,16 @@
 
 namespace rali::drive {
 
-/// What a map came to.
+/// Statistics of a map.
 struct MapNumbers {
   std::size_t points = 0;
   std::size_t removed = 0;
   double thickness_m = 0.0;
-  std::vector<map::KeyframeLooks> looks;  ///< how its keyframes agree with its walls
+  std::vector<map::KeyframeLooks> looks;  ///< agreement of keyframes and map walls
 };
 
-/// The keyframes of vehicles that share a frame, by time, with the places of the others. `runs` and
-/// `job` must outlive it.
+/// The keyframes of vehicles that share a frame, by time, with the positions of the other vehicles.
+/// `runs` and `job` must outlive it.
 [[nodiscard]] map::KeyframeStream map_stream(const std::vector<const VehicleRun*>& runs,
                                              const MapJob& job);
 

@@ -13,7 +13,7 @@ namespace {
 
 TEST(MapFiles, name_the_vehicle_that_saw_a_point_first_by_time_not_by_number) {
   const io::TestFolder folder;
-  std::vector<VehicleRun> runs;  // v2 is at 5 m at once, v1 comes to the same place 10 s later
+  std::vector<VehicleRun> runs;  // v2 is at 5 m at once, v1 comes to the same position 10 s later
   runs.push_back(DrivenVehicle(folder.path(), 0).drive(5.0, 10.0).finish());
   runs.push_back(DrivenVehicle(folder.path(), 1).begin(5.0, true).finish());
   MapJob job;
@@ -37,7 +37,7 @@ TEST(MapFiles, name_the_vehicle_that_saw_a_point_first_by_time_not_by_number) {
   EXPECT_EQ(of_v2, file->size());
 }
 
-/// Points taken out of the map when v1 has v2 before it in all its keyframes, 4 m ahead.
+/// Points removed from the map when v2 is in front of v1 in all its keyframes, 4 m ahead.
 std::size_t removed_of_v2(bool common_clock) {
   const io::TestFolder folder;
   const map::test::Cylinder body{5.0, 1.5, 0.25, 0.75};

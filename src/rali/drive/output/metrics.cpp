@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Rounded to `digits` decimals; null for what is no number.
+/// Rounded to `digits` decimals; null if not finite.
 Json number(double value, int digits = 6) {
   if (!std::isfinite(value)) return nullptr;
   const double scale = std::pow(10.0, digits);
@@ -44,7 +44,7 @@ Json upper_triangle(const std::optional<geometry::Mat6>& cov) {
   return json;
 }
 
-/// Where map lies on the site, and how the marks agree.
+/// Pose of map on the site, and the residuals of the marks.
 Json site_json(const SiteFrame& site) {
   Json json{{"yaw_rad", number(site.yaw_rad, 9)},
             {"xyz_m", vector3(site.p_site_map_m)},
@@ -77,7 +77,7 @@ Json gaps_json(const InputGaps& gaps) {
   return json;
 }
 
-/// How the pose in the map was told while it drove: null as long as it was not joined.
+/// Statistics of the live poses; null as long as the vehicle was not joined.
 Json live_json(const LiveTally& live) {
   if (live.poses == 0) return nullptr;
   Json json;
@@ -105,11 +105,11 @@ Json imu_noise_json(const VehicleSummary& v) {
 Json vehicle_json(const VehicleSummary& v) {
   Json json;
   json["path_m"] = number(v.path_m, 3);
-  json["scans"] = v.sweeps;
-  json["scans_dropped"] = v.sweeps_dropped;
+  json["scans"] = v.scans;
+  json["scans_dropped"] = v.scans_dropped;
   json["keyframes"] = v.keyframes;
-  json["degenerate_fraction"] = number(v.blind_share);
-  json["degenerate_constrained_fraction"] = number(v.blind_held_share);
+  json["degenerate_fraction"] = number(v.degenerate_fraction);
+  json["degenerate_constrained_fraction"] = number(v.degenerate_held_fraction);
   json["sigma_median_m"] = number(v.sigma_median_m);
   json["sigma_max_m"] = number(v.sigma_max_m);
   json["diverged_s"] = number(v.diverged_s, 3);
@@ -129,8 +129,8 @@ Json vehicle_json(const VehicleSummary& v) {
   return json;
 }
 
-/// The joint estimate's bias between two vehicles, by their names "v1-v2"; of several antennas the
-/// first pair. Null where the vehicles could not be joined.
+/// The joint estimate's bias between two vehicles, by their names "v1-v2"; with several antennas
+/// the first pair. Null where the vehicles could not be joined.
 const fleet::PairBias* joint_bias(const MapSummary& summary, const std::string& pair) {
   for (const fleet::PairBias& bias : summary.fleet.biases) {
     const std::string& a = summary.vehicles[bias.a.value].name;
@@ -140,7 +140,7 @@ const fleet::PairBias* joint_bias(const MapSummary& summary, const std::string& 
   return nullptr;
 }
 
-/// Of one pair, by the motion of its two vehicles; null where neither has shown it.
+/// Latency of one pair, from the motion of its two vehicles; null if neither observed it.
 std::optional<RangeLatency> latency_of(const MapSummary& summary, const MapJob& job,
                                        const std::string& pair) {
   if (job.ranges.latency_s) return RangeLatency{*job.ranges.latency_s, {}};
@@ -154,7 +154,7 @@ std::optional<RangeLatency> latency_of(const MapSummary& summary, const MapJob& 
   return std::nullopt;
 }
 
-/// Rejected ranges by reason; what never happened is left out.
+/// Rejected ranges by reason; reasons without ranges are left out.
 Json ranges_json(const MapSummary& summary, const MapJob& job) {
   const RangeTally& ranges = summary.ranges;
   Json json{{"total", ranges.total}, {"used", ranges.used()}};
@@ -165,7 +165,7 @@ Json ranges_json(const MapSummary& summary, const MapJob& job) {
   }
   json["pairs"] = Json::object();
   for (const RangePair& pair : ranges.pairs) {
-    // Alone, vehicles tell the bias without its sigma.
+    // The vehicles' own estimates have a bias without its sigma.
     const fleet::PairBias* joint = joint_bias(summary, pair.name);
     const std::optional<RangeLatency> latency = latency_of(summary, job, pair.name);
     json["pairs"][pair.name] = {
@@ -181,7 +181,7 @@ Json ranges_json(const MapSummary& summary, const MapJob& job) {
   return json;
 }
 
-/// Who shares a frame with whom, and what holds them together.
+/// Which vehicles share a frame, and the measurements that connect them.
 Json fleet_json(const MapSummary& summary) {
   const fleet::FleetEstimate& fleet = summary.fleet;
   Json json{{"groups", Json::array()}, {"frames", Json::object()}};
@@ -236,14 +236,14 @@ std::string metrics_text(const MapSummary& summary, const MapJob& job) {
   json["rali"] = version();
   json["status"] = status_name(summary.status);
   bool any = false;
-  Time t_begin, t_end;
+  Time t_start, t_end;
   for (const VehicleSummary& v : summary.vehicles) {
-    if (v.input.sweeps == 0) continue;
-    t_begin = any ? std::min(t_begin, v.input.t_begin) : v.input.t_begin;
+    if (v.input.scans == 0) continue;
+    t_start = any ? std::min(t_start, v.input.t_start) : v.input.t_start;
     t_end = any ? std::max(t_end, v.input.t_end) : v.input.t_end;
     any = true;
   }
-  json["t_start_s"] = any ? number(t_begin.s(), 6) : Json(nullptr);
+  json["t_start_s"] = any ? number(t_start.s(), 6) : Json(nullptr);
   json["t_end_s"] = any ? number(t_end.s(), 6) : Json(nullptr);
   json["vehicles"] = Json::object();
   for (const VehicleSummary& v : summary.vehicles) json["vehicles"][v.name] = vehicle_json(v);
@@ -266,7 +266,7 @@ std::string metrics_text(const MapSummary& summary, const MapJob& job) {
     }
     json["warnings"].push_back(std::move(warning));
   }
-  // Texts may hold bytes of topic names that are no UTF-8: replaced, never thrown at.
+  // Texts may hold bytes of topic names that are not UTF-8: replaced instead of throwing.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 

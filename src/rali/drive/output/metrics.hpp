@@ -9,8 +9,8 @@ namespace rali::drive {
 
 [[nodiscard]] std::string_view status_name(RunStatus status);
 
-/// Text of metrics.json (schema 2). Numbers are rounded to what they can mean, so that the text
-/// does not depend on the last bit; nothing in it depends on the wall clock.
+/// Text of metrics.json (schema 2). Numbers are rounded to their significant digits, so that the
+/// text does not depend on the last bit; nothing in it depends on the wall clock.
 [[nodiscard]] std::string metrics_text(const MapSummary& summary, const MapJob& job);
 
 }  // namespace rali::drive

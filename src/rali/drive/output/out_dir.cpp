@@ -27,7 +27,7 @@ constexpr std::array<std::string_view, 19> kFixed = {
     "loops.csv",     "map_2d.pgm",      "map_2d.yaml", "session.mcap", "metrics.json",
     "settings.yaml", "evaluation.json", "doctor.json", "report.json"};
 
-/// One folder of outputs and the ends its files may have.
+/// One folder of outputs and the endings of its file names.
 struct Folder {
   std::string_view name;
   std::array<std::string_view, 3> ends;
@@ -45,7 +45,7 @@ bool is_keyframe_file(std::string_view name) {
   return std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// The name without the dress of a file that is being written: ".NAME.tmp".
+/// The name without the decoration of a temporary file: ".NAME.tmp".
 std::string_view undressed(std::string_view name) {
   if (name.starts_with('.') && name.ends_with(".tmp") && name.size() > 5) {
     name.remove_prefix(1);
@@ -58,7 +58,7 @@ Status machine_error(const std::string& path, const std::error_code& error) {
   return fail(ErrorCode::kMachine, path, error.message());
 }
 
-/// Folders that are empty after their outputs are gone, deepest first.
+/// Removes folders that are empty after their outputs are gone, deepest first.
 void remove_empty_folders(const fs::path& out) {
   std::error_code ignored;
   std::vector<fs::path> folders;
@@ -69,7 +69,7 @@ void remove_empty_folders(const fs::path& out) {
   for (; !ignored && it != fs::directory_iterator(); it.increment(ignored)) {
     if (it->is_directory(ignored)) folders.push_back(it->path());
   }
-  // fs::remove leaves a folder that is not empty alone: what others put there stays.
+  // fs::remove leaves a non-empty folder alone: files of others stay.
   for (auto f = folders.rbegin(); f != folders.rend(); ++f) fs::remove(*f, ignored);
 }
 
@@ -80,7 +80,7 @@ bool is_made_by_rali(const fs::path& out) {
   return status.is_object() && status.contains("rali") && status.contains("status");
 }
 
-/// The part of the path that is there and no folder; empty if there is none.
+/// The part of the path that exists and is no folder; empty if there is none.
 std::string file_on_the_way(const std::string& path) {
   std::error_code error;
   for (fs::path part = path; !part.empty(); part = part.parent_path()) {
@@ -91,8 +91,8 @@ std::string file_on_the_way(const std::string& path) {
   return {};
 }
 
-/// On a full disk there is no room for a second file, but the block of the first one is there: a
-/// run that ended must not leave the word "running".
+/// A full disk has no space for a second file, but the block of the first one exists: a run that
+/// ended must not keep the status "running".
 void write_in_place(const std::string& file, const std::string& text) {
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return;
@@ -201,7 +201,7 @@ Status write_status(const std::string& path, std::string_view status, bool hashe
 }
 
 Status add_to_status(const std::string& path, const std::string& name,
-                     std::string_view exempt_begin, std::string_view exempt_end) {
+                     std::string_view exempt_start, std::string_view exempt_end) {
   constexpr std::uint64_t kBytesMax = 256ULL << 20;
   const std::string file = path + "/status.json";
   if (!fs::exists(file)) return {};
@@ -214,7 +214,7 @@ Status add_to_status(const std::string& path, const std::string& name,
   const auto bytes = io::read_file(path + '/' + name, kBytesMax);
   if (!bytes) return tl::make_unexpected(bytes.error());
   const std::string_view text = io::as_text(*bytes);
-  const std::size_t begin = std::min(text.find(exempt_begin), text.size());
+  const std::size_t begin = std::min(text.find(exempt_start), text.size());
   const std::size_t end = std::min(text.find(exempt_end, begin), text.size());
   const std::string hashed = std::string(text.substr(0, begin)) + std::string(text.substr(end));
   std::map<std::string, nlohmann::json> sorted;

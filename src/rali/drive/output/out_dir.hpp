@@ -16,9 +16,9 @@ namespace rali::drive {
 /// report.html.
 [[nodiscard]] bool is_exempt_name(std::string_view relative);
 
-/// Makes the output folder ready. A folder that is not empty is refused, unless `overwrite`:
-/// then the files that rali writes are removed, and only if status.json says that rali made them.
-/// Files of others are never touched. Errors: kUsage, kMachine.
+/// Prepares the output folder. A folder that is not empty is refused, unless `overwrite`: then the
+/// files that rali writes are removed, and only if status.json states that rali made them. Other
+/// files are never touched. Errors: kUsage, kMachine.
 [[nodiscard]] Status prepare_out_dir(const std::string& path, bool overwrite);
 
 /// All outputs in the folder, relative, sorted by name.
@@ -28,10 +28,10 @@ namespace rali::drive {
 /// SHA-256 of every output but the exempt ones. Errors: kMachine.
 [[nodiscard]] Status write_status(const std::string& path, std::string_view status, bool hashes);
 
-/// Adds one more output, written after the run's end, to the hashes of status.json. What stands
-/// between `exempt_begin` and `exempt_end` may differ between equal runs and is left out of the
-/// hash. A folder without status.json stays without. Errors: kInput, kMachine.
+/// Adds one more output, written after the end of the run, to the hashes of status.json. The text
+/// between `exempt_start` and `exempt_end` may differ between equal runs and is left out of the
+/// hash. In a folder without status.json it does nothing. Errors: kInput, kMachine.
 [[nodiscard]] Status add_to_status(const std::string& path, const std::string& name,
-                                   std::string_view exempt_begin, std::string_view exempt_end);
+                                   std::string_view exempt_start, std::string_view exempt_end);
 
 }  // namespace rali::drive

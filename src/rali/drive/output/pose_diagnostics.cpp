@@ -8,17 +8,19 @@ namespace rali::drive {
 
 wire::DiagnosticStatus degeneracy_status(const std::string& vehicle, const PoseRecord& pose) {
   wire::DiagnosticStatus status;
-  status.level = pose.blind ? wire::DiagnosticStatus::kWarn : wire::DiagnosticStatus::kOk;
+  status.level = pose.degenerate ? wire::DiagnosticStatus::kWarn : wire::DiagnosticStatus::kOk;
   status.name = vehicle + "/degeneracy";
-  status.message = pose.blind ? "degenerate along one direction" : "all directions are observed";
+  status.message =
+      pose.degenerate ? "degenerate along one direction" : "all directions are observed";
   status.hardware_id = vehicle;
   if (pose.degree) status.values.emplace_back("degree", fmt::format("{:.6f}", *pose.degree));
-  if (std::isfinite(pose.sigma_blind_m)) {
-    status.values.emplace_back("sigma_degenerate_m", fmt::format("{:.6f}", pose.sigma_blind_m));
+  if (std::isfinite(pose.sigma_degenerate_m)) {
+    status.values.emplace_back("sigma_degenerate_m",
+                               fmt::format("{:.6f}", pose.sigma_degenerate_m));
   }
   for (int axis = 0; axis < 3; ++axis) {
     const char* names[] = {"dir_odom_x", "dir_odom_y", "dir_odom_z"};
-    status.values.emplace_back(names[axis], fmt::format("{:.6f}", pose.blind_odom[axis]));
+    status.values.emplace_back(names[axis], fmt::format("{:.6f}", pose.degenerate_odom[axis]));
   }
   return status;
 }

@@ -7,7 +7,7 @@
 
 namespace rali::drive {
 
-/// `<vehicle>/degeneracy` of /diagnostics: what the LiDAR sees of the directions.
+/// `<vehicle>/degeneracy` of /diagnostics: observability of the directions by the LiDAR.
 [[nodiscard]] wire::DiagnosticStatus degeneracy_status(const std::string& vehicle,
                                                        const PoseRecord& pose);
 

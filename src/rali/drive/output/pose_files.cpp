@@ -21,9 +21,9 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<std::string_view, 3> kAxisNames{"axial", "lateral", "vertical"};
 constexpr std::array<std::string_view, 3> kCategoryNames{"full", "partial", "none"};
 
-/// Of the position along the least known direction.
+/// Sigma of the position along the least observable direction.
 double sigma_along_m(const PoseRecord& pose) {
-  const geometry::Vec3 d = pose.blind_odom.normalized();
+  const geometry::Vec3 d = pose.degenerate_odom.normalized();
   const double variance = d.dot(pose.covariance.bottomRightCorner<3, 3>() * d);
   return variance >= 0.0 ? std::sqrt(variance) : kUnknown;
 }
@@ -115,8 +115,8 @@ std::string trajectory_covariance_text(const std::vector<PoseRecord>& poses,
   for (const PoseRecord& pose : poses) {
     if (pose.quality == vehicle::PoseQuality::kDiverged) continue;
     const geometry::Mat3 R_map_body = frame.T_map_local.R * pose.T_local_body.R;
-    // Rotation is perturbed in the body, position in the outer frame: only the latter turns. A
-    // point beside the body's origin moves with the rotation.
+    // Rotation is perturbed in the body, position in the outer frame: only the position part
+    // rotates. A point away from the body's origin moves with the rotation.
     geometry::Mat6 J = geometry::Mat6::Identity();
     J.topLeftCorner<3, 3>() = frame.T_body_point.R.transpose();
     J.bottomRightCorner<3, 3>() = frame.T_map_local.R;
@@ -141,12 +141,12 @@ PoseRecord pose_record(const vehicle::PoseEstimate& pose) {
   record.T_odom_body = pose.T_odom_body;
   record.covariance = pose.covariance;
   record.quality = pose.quality;
-  record.blind = pose.degeneracy.blind;
-  record.sigma_blind_m = pose.degeneracy.sigma_blind_m;
+  record.degenerate = pose.degeneracy.degenerate;
+  record.sigma_degenerate_m = pose.degeneracy.sigma_degenerate_m;
   if (pose.degeneracy.paper.known) record.degree = pose.degeneracy.paper.degree;
-  record.blind_odom = pose.degeneracy.blind_odom;
-  if (record.blind_odom.isZero()) {
-    record.blind_odom = pose.T_local_body.R * pose.degeneracy.paper.e3_body;
+  record.degenerate_odom = pose.degeneracy.degenerate_odom;
+  if (record.degenerate_odom.isZero()) {
+    record.degenerate_odom = pose.T_local_body.R * pose.degeneracy.paper.e3_body;
   }
   const auto& axes = pose.degeneracy.directions;
   for (int axis = 0; axis < 3; ++axis) {
@@ -169,13 +169,13 @@ std::string degeneracy_text(const std::vector<PoseRecord>& poses, const geometry
       "stamp_s,degenerate,degree,dir_x,dir_y,dir_z,sigma_degenerate_m,correction_m,range_from,axis,"
       "category,sigma_m,constrained_by\n";
   for (const PoseRecord& pose : poses) {
-    const geometry::Vec3 d = T_map_local.R * pose.blind_odom;
+    const geometry::Vec3 d = T_map_local.R * pose.degenerate_odom;
     const bool known = !d.isZero() && d.allFinite();
     io::CsvRow row;
-    row.stamp(pose.t).integer(pose.blind ? 1 : 0);
+    row.stamp(pose.t).integer(pose.degenerate ? 1 : 0);
     row.fixed(pose.degree.value_or(kUnknown), 6);
     for (int axis = 0; axis < 3; ++axis) row.fixed(known ? d[axis] : kUnknown, 6);
-    row.fixed(pose.sigma_blind_m, 6);
+    row.fixed(pose.sigma_degenerate_m, 6);
     const bool named = pose.range_from && pose.range_from->value < vehicles.size();
     row.fixed(pose.range_from ? pose.correction_m : kUnknown, 6);
     row.text(named ? vehicles[pose.range_from->value] : "");
@@ -189,8 +189,8 @@ std::string degeneracy_text(const std::vector<PoseRecord>& poses, const geometry
   return text;
 }
 
-WayLength way_length(const std::vector<PoseRecord>& poses) {
-  WayLength way;
+PathLength path_length(const std::vector<PoseRecord>& poses) {
+  PathLength path;
   const PoseRecord* last = nullptr;
   for (const PoseRecord& pose : poses) {
     if (pose.quality == vehicle::PoseQuality::kDiverged) {
@@ -199,13 +199,13 @@ WayLength way_length(const std::vector<PoseRecord>& poses) {
     }
     if (last != nullptr) {
       const double step_m = (pose.T_local_body.p - last->T_local_body.p).norm();
-      way.path_m += step_m;
-      if (pose.blind) way.blind_m += step_m;
-      if (pose.blind && pose.held_by == HeldBy::kRange) way.held_m += step_m;
+      path.path_m += step_m;
+      if (pose.degenerate) path.degenerate_m += step_m;
+      if (pose.degenerate && pose.held_by == HeldBy::kRange) path.held_m += step_m;
     }
     last = &pose;
   }
-  return way;
+  return path;
 }
 
 }  // namespace rali::drive

@@ -5,33 +5,33 @@
 #include <vector>
 
 #include "rali/base/result.hpp"
-#include "rali/drive/output/blind_hold.hpp"
+#include "rali/drive/output/degenerate_hold.hpp"
 #include "rali/io/files/csv_writer.hpp"
 #include "rali/io/files/tum.hpp"
 #include "rali/vehicle/event.hpp"
 
 namespace rali::drive {
 
-/// What stays in memory of each sweep until the end of the run: 400 bytes, 14 MB per hour.
+/// What stays in memory of each scan until the end of the run: 400 bytes, 14 MB per hour.
 struct PoseRecord {
   Time t;
   geometry::SE3 T_local_body;
   geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
-  geometry::SE3 T_odom_body;                           ///< as told at the time
+  geometry::SE3 T_odom_body;                           ///< as published at the time
   vehicle::PoseQuality quality = vehicle::PoseQuality::kGood;
-  bool blind = false;
-  double sigma_blind_m = 0.0;                          ///< infinity: not held at all
-  std::optional<double> degree;                        ///< of the paper; empty: too few normals
-  geometry::Vec3 blind_odom = geometry::Vec3::Zero();  ///< least known direction
+  bool degenerate = false;
+  double sigma_degenerate_m = 0.0;  ///< infinity: unconstrained
+  std::optional<double> degree;     ///< of degeneracy (paper); empty: too few normals
+  geometry::Vec3 degenerate_odom = geometry::Vec3::Zero();  ///< least observable direction
   int worst_axis = -1;  ///< 0 axial, 1 lateral, 2 vertical; -1: not known
   degeneracy::Category category = degeneracy::Category::kFull;  ///< of the worst axis
-  double correction_m = 0.0;            ///< what ranges moved the pose since the last sweep
-  std::optional<VehicleId> range_from;  ///< whose range did
+  double correction_m = 0.0;            ///< shift of the pose by ranges since the last scan
+  std::optional<VehicleId> range_from;  ///< whose range caused it
   HeldBy held_by = HeldBy::kLidar;
-  bool tied = false;  ///< known to hang on the pose before, however long ago that was
+  bool tied = false;  ///< continuous with the previous pose, however long ago that was
 };
 
-/// Root of the expected squared 3-D position error; 0 where it is no number.
+/// Root of the expected squared 3-D position error; 0 if it is not finite.
 [[nodiscard]] double position_sigma_m(const PoseRecord& pose);
 
 [[nodiscard]] PoseRecord pose_record(const vehicle::PoseEstimate& pose);
@@ -42,9 +42,9 @@ struct PoseRecord {
 [[nodiscard]] io::CsvRow covariance_row(Time t, const geometry::Mat6& cov_boxplus,
                                         const geometry::Mat3& R_outer_body);
 
-/// <folder>/<v>.tum and .cov.csv: each pose as it was known when its sweep was processed. Reaches
-/// the disk at most 10 s of data late and in whole lines, so that even a kill leaves
-/// <folder>/.<v>.tum.tmp readable.
+/// <folder>/<v>.tum and .cov.csv: each pose as it was known when its scan was processed. Written to
+/// disk at most 10 s of data late and in whole lines, so that <folder>/.<v>.tum.tmp stays readable
+/// even after a kill.
 class PoseFiles {
  public:
   /// @param folder "odometry" or "live"  @param frame of the poses  Errors: kMachine.
@@ -63,7 +63,7 @@ class PoseFiles {
   io::CsvWriter covariances_;
 };
 
-/// Where the results of a vehicle lie, and of which point of it the trajectory is.
+/// Frame of a vehicle's results, and the point of the vehicle that the trajectory describes.
 struct MapFrame {
   geometry::SE3 T_map_local;
   bool levelled = false;       ///< by gravity, of this vehicle or of one that shares the frame
@@ -75,27 +75,27 @@ struct MapFrame {
 [[nodiscard]] std::vector<std::string> trajectory_header(const MapFrame& frame,
                                                          const std::string& vehicle);
 
-/// Text of trajectory/<v>.tum: T_map_point of each pose, diverged stretches left out and named.
+/// Text of trajectory/<v>.tum: T_map_point of each pose, diverged stretches left out and listed.
 [[nodiscard]] std::string trajectory_text(const std::vector<PoseRecord>& poses,
                                           const MapFrame& frame, const std::string& vehicle);
 [[nodiscard]] std::string trajectory_covariance_text(const std::vector<PoseRecord>& poses,
                                                      const MapFrame& frame);
 
-/// Text of degeneracy/<v>.csv, directions in map. sigma_m is that of the position along the least
-/// known direction: how far off it may be there, whatever holds it.
+/// Text of degeneracy/<v>.csv, directions in map. sigma_m is the position sigma along the least
+/// observable direction, whichever sensor constrains it.
 /// @param vehicles names by number, for range_from
 [[nodiscard]] std::string degeneracy_text(const std::vector<PoseRecord>& poses,
                                           const geometry::SE3& T_map_local,
                                           const std::vector<std::string>& vehicles);
 
-/// Way travelled [m], what of it was blind [m], and what of that was held by ranges [m]; diverged
-/// poses left out.
-struct WayLength {
+/// Distance travelled [m], its degenerate part [m], and the part of that constrained by ranges [m];
+/// diverged poses left out.
+struct PathLength {
   double path_m = 0.0;
-  double blind_m = 0.0;
+  double degenerate_m = 0.0;
   double held_m = 0.0;
 };
 
-[[nodiscard]] WayLength way_length(const std::vector<PoseRecord>& poses);
+[[nodiscard]] PathLength path_length(const std::vector<PoseRecord>& poses);
 
 }  // namespace rali::drive

@@ -40,20 +40,20 @@ TEST(Stands, last_from_the_first_node_at_rest_until_it_moves_off) {
 TEST(Stands, go_on_to_the_last_sweep_but_not_across_a_gap) {
   EXPECT_EQ(stands_of(kV1, nodes({{1.0, true}, {6.0, true}}), at(9.0), 5.0, 3.0),
             (std::vector<fleet::Stand>{{kV1, at(1.0), at(9.0)}}));
-  // A node is due every 5 s: of what was between 6 and 30 s nobody knows.
+  // A node is due every 5 s: the state between 6 and 30 s is unknown.
   EXPECT_EQ(stands_of(kV1, nodes({{1.0, true}, {6.0, true}, {30.0, true}}), at(33.5), 5.0, 3.0),
             (std::vector<fleet::Stand>{{kV1, at(1.0), at(6.0)}, {kV1, at(30.0), at(33.5)}}));
 }
 
-/// v1 stands for 20 s and drives off; v2 drives `way_m` in the first 18 s, stands 2 s, follows.
-std::vector<VehicleRun> two_vehicles(const std::string& out, double way_m) {
+/// v1 stands for 20 s and drives off; v2 drives `path_m` in the first 18 s, stands 2 s, follows.
+std::vector<VehicleRun> two_vehicles(const std::string& out, double path_m) {
   std::vector<VehicleRun> runs;
   runs.push_back(DrivenVehicle(out, 0).begin(2.0, true).stand(20.0).drive(6.0, 10.0).finish());
   runs.push_back(DrivenVehicle(out, 1)
                      .begin(3.0, false)
-                     .drive(3.0 + way_m, 18.0)
+                     .drive(3.0 + path_m, 18.0)
                      .stand(2.0)
-                     .drive(4.0 + way_m, 10.0)
+                     .drive(4.0 + path_m, 10.0)
                      .finish());
   return runs;
 }
@@ -71,9 +71,9 @@ RoundsJob job_here() {
   return job;
 }
 
-RoundEnd end_of_round(double way_m, const std::vector<sensor::RadioSample>& radio = {}) {
+RoundEnd end_of_round(double path_m, const std::vector<sensor::RadioSample>& radio = {}) {
   const io::TestFolder folder;
-  const std::vector<VehicleRun> runs = two_vehicles(folder.path(), way_m);
+  const std::vector<VehicleRun> runs = two_vehicles(folder.path(), path_m);
   RoundsJob job = job_here();
   job.radio = radio;
   job.rounds.finish.max_distance_m = 30.0;
@@ -141,7 +141,7 @@ TEST(Rounds, tell_the_frontiers_as_they_were_when_each_round_ended) {
     return rows;
   };
   ASSERT_EQ(open_in(1).size(), 1U);
-  // Seen 10 m beyond x = 20 m; v2 stands there, and is the next anchor as the rule has it.
+  // Seen 10 m beyond x = 20 m; v2 stands there, and is the next anchor by the rule.
   EXPECT_NEAR(open_in(1)[0].x_m, 30.0, 0.5);
   EXPECT_NEAR(open_in(1)[0].length_m, 2.4, 0.7) << "3 m less the width of the vehicle";
   EXPECT_EQ(open_in(1)[0].nearest_vehicle, kV2);
@@ -154,7 +154,7 @@ TEST(Rounds, tell_the_frontiers_as_they_were_when_each_round_ended) {
             "round,anchor,start_s,end_s,ended_by,next_anchor,frontier_id\n"
             "1,v1,0.000000000,10.500000000,anchor_moved,v2," +
                 std::to_string(*found->rounds[0].frontier));
-  // Its own table is one that the user may give.
+  // The table it writes is valid as a user's table.
   const auto again = read_rounds_csv(folder.path("rounds.csv"), kNames);
   ASSERT_TRUE(again) << again.error().message();
   ASSERT_EQ(again->size(), 2U);

@@ -11,14 +11,14 @@
 namespace rali::drive {
 namespace {
 
-/// The frontiers of the map at a time, and who may be anchor next.
+/// The frontiers of the map at a time, and the candidates for the next anchor.
 struct Look {
   std::vector<map::FrontierArea> frontiers;
-  std::vector<VehicleId> vehicles;  ///< FrontierArea::nearest counts in it
+  std::vector<VehicleId> vehicles;  ///< FrontierArea::nearest is an index into it
   std::vector<fleet::AnchorCandidate> candidates;
 };
 
-/// The map as it was known at the end of each round: keyframes are added by time.
+/// The map as known at the end of each round: keyframes are added by time.
 class RoundsWalk {
  public:
   RoundsWalk(const FleetRunView& fleet, const RoundsJob& job, std::vector<fleet::RoundRow> rounds,
@@ -71,7 +71,7 @@ class RoundsWalk {
     deciding_.push_back(deciding(look, round));
   }
 
-  /// Who comes to stand has arrived.
+  /// A vehicle that comes to a standstill counts as a visit.
   void see_visits(Time start, Time end) {
     for (const fleet::Stand& stand : stands_) {
       if (stand.start < start || stand.start > end) continue;
@@ -86,7 +86,7 @@ class RoundsWalk {
     fresh_ = false;
     Look look;
     const Result<map::CellMap> picture = grid_.picture();
-    if (!picture) return look;  // nothing seen yet: nothing borders on it
+    if (!picture) return look;  // no points yet, so there are no frontiers
     const std::vector<std::uint8_t> passable =
         map::passable_cells(*picture, job_.frontiers.radius_m);
     std::vector<map::PathField> fields;
@@ -102,7 +102,8 @@ class RoundsWalk {
     return look;
   }
 
-  /// Recordings chose their anchors themselves: only what the rule would have chosen is a cause.
+  /// Recordings contain the users' choice of anchors: a frontier is a cause only where the rule
+  /// agrees.
   [[nodiscard]] static std::optional<std::uint32_t> deciding(const Look& look,
                                                              const fleet::RoundRow& round) {
     std::vector<fleet::FrontierSpot> open;
@@ -114,7 +115,7 @@ class RoundsWalk {
     return open[choice->frontier].id;
   }
 
-  /// What is open when all is over has no round.
+  /// Frontiers still open at the end of the data belong to no round.
   void add_end_of_data(FleetRounds& found) {
     fleet::RoundMachine end(job_.rounds);
     const Look look = look_at(last_);
@@ -145,11 +146,11 @@ class RoundsWalk {
   fleet::RoundMachine machine_;
   std::vector<std::optional<std::uint32_t>> deciding_;
   std::size_t next_ = 0;  ///< round to be closed
-  bool fresh_ = false;    ///< keyframes came since the last look
+  bool fresh_ = false;    ///< keyframes came since the last search
   Time last_;
 };
 
-/// A table whose rounds lie outside of the data has other stamps.
+/// A table whose rounds lie outside of the data uses another clock.
 void check_table(const FleetRunView& fleet, const std::vector<fleet::RoundRow>& rounds,
                  FindingList& findings) {
   if (rounds.empty()) return;

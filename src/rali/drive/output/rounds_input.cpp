@@ -52,7 +52,7 @@ Result<std::vector<fleet::Stand>> rounds_from(Result<io::CsvReader> csv,
       return fail(ErrorCode::kInput, csv->where(), "more than 100000 rounds", "");
     }
     table.push_back({*who, *from, *to});
-    // With the row before it: the error is that of this row, wherever it stands.
+    // Together with the preceding row: an error then belongs to this row, at any position.
     const std::size_t last = std::min<std::size_t>(table.size(), 2);
     const auto checked = fleet::rounds_of_table({table.data() + table.size() - last, last});
     if (!checked) {

@@ -12,27 +12,28 @@
 
 namespace rali::drive {
 
-/// Where the rounds of a run come from; fleet.yaml `rounds`.
+/// Source of the rounds of a run; fleet.yaml `rounds`.
 enum class RoundsFrom : std::uint8_t {
-  kStands,  ///< auto: whoever stands still is anchor
+  kStands,  ///< auto: a vehicle at standstill is anchor
   kTable,   ///< a CSV of the user
   kOff
 };
 
-/// What `rali map` is told about rounds.
+/// Settings and inputs of `rali map` about rounds.
 struct RoundsJob {
   RoundsFrom from = RoundsFrom::kStands;
   std::vector<fleet::Stand> table;         ///< for kTable
   std::vector<sensor::RadioSample> radio;  ///< by time; may be empty
-  FindingList findings;                    ///< about the files of both
+  FindingList findings;                    ///< about both files
   fleet::RoundSettings rounds;
   map::ExploreSettings grid;
   map::FrontierSettings frontiers;
 };
 
-/// Reads `anchor,start_s,end_s`; stamps as in ranges.csv, other columns are left alone, so that a
-/// rounds.csv of a run fits. Errors: kInput with file and line (unreadable, a column missing, an
-/// anchor that is no vehicle, no number, intervals that overlap or end before they begin).
+/// Reads `anchor,start_s,end_s`; stamps as in ranges.csv. Other columns are ignored, so that a
+/// rounds.csv of a run can be used. Errors: kInput with file and line (unreadable, a column
+/// missing, an anchor that is no vehicle, no number, intervals that overlap or end before they
+/// begin).
 [[nodiscard]] Result<std::vector<fleet::Stand>> read_rounds_csv(const std::string& path,
                                                                 const io::RadioNames& names);
 
@@ -41,7 +42,7 @@ struct RoundsJob {
                                                                  const std::string& name,
                                                                  const io::RadioNames& names);
 
-/// Reads radio.csv into `job`, by time, with what is odd about it. Errors: kInput.
+/// Reads radio.csv into `job`, by time, with findings about irregularities. Errors: kInput.
 [[nodiscard]] Status read_radio(const std::string& path, const io::RadioNames& names,
                                 RoundsJob& job);
 

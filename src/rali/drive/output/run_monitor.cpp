@@ -22,11 +22,10 @@ using monitor::SeenThrough;
 using monitor::StatedPose;
 using monitor::Stretch;
 
-/// A statement about more of a run than this does not help to find what is wrong.
+/// A finding about more of a run than this does not help to localise the fault.
 constexpr double kPart = 0.1;
 
-/// Two estimates contradict each other, either may be the wrong one: half of the distance is one
-/// sigma.
+/// If two estimates contradict each other, either may be wrong: half of the distance is one sigma.
 constexpr double kWidenRatio = 0.5;
 
 std::vector<StatedPose> final_track(const VehicleRun& run) {
@@ -42,7 +41,7 @@ std::vector<StatedPose> final_track(const VehicleRun& run) {
   return track;
 }
 
-/// Two frames that are both level, or neither: only heading and origin may differ.
+/// Both frames are level, or neither is: only heading and origin may differ.
 SE3 upright(const SE3& T_final_live, const SE3& T_live_first) {
   const Vec3 forward = T_final_live.R * Vec3::UnitX();
   SE3 out;
@@ -91,7 +90,7 @@ Finding finding_of(const SeenThrough& s, const std::string& when) {
   return f;
 }
 
-/// Runs the checks and gathers what they find.
+/// Runs the checks and collects their findings.
 class RunMonitor {
  public:
   RunMonitor(std::vector<VehicleRun>& runs, const fleet::FleetEstimate& estimate)
@@ -109,7 +108,7 @@ class RunMonitor {
   [[nodiscard]] MonitorResult take() { return std::move(result_); }
 
  private:
-  /// One finding for each piece of the stretch.
+  /// One finding for each part of the stretch.
   template <class MakeFinding>
   void add(const VehicleRun& run, const Stretch& whole, const MakeFinding& make) {
     const Time t_first = run.poses().front().t;
@@ -171,21 +170,22 @@ class RunMonitor {
 };
 
 void RunMonitor::walls(const std::vector<map::KeyframeLooks>& looks) {
-  std::vector<std::vector<monitor::WallSight>> sights(runs_.size());
+  std::vector<std::vector<monitor::WallSight>> lines_of_sight(runs_.size());
   for (const map::KeyframeLooks& k : looks) {
-    sights[k.vehicle].push_back({k.t, k.walls.looks, k.walls.passes, k.made.places, k.made.passed,
-                                 k.walls.others_looks, k.walls.others_passes});
+    lines_of_sight[k.vehicle].push_back({k.t, k.walls.looks, k.walls.passes, k.made.places,
+                                         k.made.passed, k.walls.others_looks,
+                                         k.walls.others_passes});
   }
-  const monitor::MonitorSettings settings = monitor::settings_for(sights, settings_);
+  const monitor::MonitorSettings settings = monitor::settings_for(lines_of_sight, settings_);
   bool contradicted = false;
-  for (const std::vector<monitor::WallSight>& own : sights) {
+  for (const std::vector<monitor::WallSight>& own : lines_of_sight) {
     result_.tally.keyframes_checked += monitor::judged(own, settings);
     contradicted |= monitor::looks_through(own, settings);
   }
   if (!contradicted) return;
   result_.map_contradicts_itself = true;
   for (std::size_t v = 0; v < runs_.size(); ++v) {
-    for (const SeenThrough& found : monitor::check_walls(sights[v], settings)) {
+    for (const SeenThrough& found : monitor::check_walls(lines_of_sight[v], settings)) {
       add(runs_[v], found.when, [&](const std::string& when) { return finding_of(found, when); });
     }
   }

@@ -13,19 +13,19 @@
 
 namespace rali::drive {
 
-/// What the checks of a finished run came to.
+/// Results of the checks of a finished run.
 struct MonitorResult {
   FindingList findings;
   CheckTally tally;
-  /// Vehicles whose final poses are stated less certain now: their files are to be written again.
+  /// Vehicles whose final poses were given larger covariances: their files must be written again.
   std::vector<VehicleId> widened;
   bool map_contradicts_itself = false;
 };
 
-/// Checks a run whose final poses are fixed by means that do not share the estimator's assumptions
-/// (room monitor): odometry and live poses against the final path, and each keyframe's rays against
-/// the walls of its group's map. Widens the final poses of contradicted stretches.
-/// @param looks  of the keyframes of the mapped group; the other groups are looked at here
+/// Checks a run with final poses by methods that do not share the estimator's assumptions (room
+/// monitor): odometry and live poses against the final path, and each keyframe's rays against the
+/// walls of its group's map. Inflates the covariances of the final poses in contradicted stretches.
+/// @param looks of the keyframes of the mapped group; those of other groups are computed here
 /// Errors: kMachine.
 [[nodiscard]] Result<MonitorResult> monitor_run(std::vector<VehicleRun>& runs,
                                                 const fleet::FleetEstimate& estimate,

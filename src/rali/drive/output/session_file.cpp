@@ -15,7 +15,7 @@ constexpr std::uint64_t kScanStep = 5;
 constexpr double kDiagnosticsStep_s = 1.0;
 constexpr auto kCdr = wire::Encoding::kCdr;
 
-/// Log times of an MCAP count from 1970: data of a boot clock is fine, an older stamp is clamped.
+/// MCAP log times count from 1970: boot clock stamps are valid, older stamps are clamped.
 Time log_time(Time t) { return std::max(t, Time{}); }
 
 wire::TransformStamped transform(Time t, std::string frame, std::string child,
@@ -76,7 +76,7 @@ Status SessionFile::add_scan(const std::string& vehicle, const sensor::LidarScan
 }
 
 Status SessionFile::add_pose(const std::string& vehicle, const PoseRecord& pose) {
-  told_[vehicle].emplace_back(pose.t, pose.T_odom_body);
+  reported_[vehicle].emplace_back(pose.t, pose.T_odom_body);
   wire::TfMessage tf;
   tf.transforms.push_back(
       transform(pose.t, vehicle + "/odom", vehicle + "/base_link", pose.T_odom_body));
@@ -95,7 +95,7 @@ Status SessionFile::add_pose(const std::string& vehicle, const PoseRecord& pose)
   return status ? diagnose(vehicle, pose) : status;
 }
 
-/// /diagnostics: once a second of each vehicle, as robot monitors want it; a change for the worse
+/// /diagnostics: once a second for each vehicle, as robot monitors expect; a change for the worse
 /// at once.
 Status SessionFile::diagnose(const std::string& vehicle, const PoseRecord& pose) {
   const auto last = t_diagnosed_.find(vehicle);
@@ -111,17 +111,17 @@ Status SessionFile::diagnose(const std::string& vehicle, const PoseRecord& pose)
                wire::encode(diagnostics, kCdr));
 }
 
-/// Where odom must have been in the map for the pose as told to be the final one.
+/// The poses of odom in map that map the published poses to the final ones.
 Status SessionFile::write_frames(const std::string& vehicle, const std::vector<PoseRecord>& poses,
                                  const geometry::SE3& T_map_local) {
-  const std::vector<std::pair<Time, geometry::SE3>>& told = told_[vehicle];
-  for (std::size_t i = 0; i < std::min(poses.size(), told.size()); ++i) {
+  const std::vector<std::pair<Time, geometry::SE3>>& reported = reported_[vehicle];
+  for (std::size_t i = 0; i < std::min(poses.size(), reported.size()); ++i) {
     wire::TfMessage tf;
     const geometry::SE3 T_map_body = T_map_local * poses[i].T_local_body;
-    tf.transforms.push_back(
-        transform(told[i].first, "map", vehicle + "/odom", T_map_body * told[i].second.inverse()));
+    tf.transforms.push_back(transform(reported[i].first, "map", vehicle + "/odom",
+                                      T_map_body * reported[i].second.inverse()));
     const Status status =
-        write("/tf", "tf2_msgs/msg/TFMessage", told[i].first, wire::encode(tf, kCdr));
+        write("/tf", "tf2_msgs/msg/TFMessage", reported[i].first, wire::encode(tf, kCdr));
     if (!status) return status;
   }
   return {};

@@ -16,11 +16,11 @@
 
 namespace rali::drive {
 
-/// session.mcap: what a viewer shows of a run (Foxglove, Lichtblick, PlotJuggler). Frames as
-/// REP-105 has them: map -> <v>/odom -> <v>/base_link -> <v>/lidar. The odometry is as it was told
-/// at the time; map -> <v>/odom is written at the end, so that at every sweep the chain gives the
-/// final pose, of all vehicles in one frame where they could be joined. Messages are therefore not
-/// in the order of their stamps; readers go by the index. One in five sweeps is kept, as measured.
+/// session.mcap: the run for viewers (Foxglove, Lichtblick, PlotJuggler). Frames follow REP-105:
+/// map -> <v>/odom -> <v>/base_link -> <v>/lidar. The odometry is as published at the time; map ->
+/// <v>/odom is written at the end: at every scan the chain then gives the final pose, of all
+/// vehicles in one frame where they could be joined. Messages are therefore not in the order of
+/// their stamps; readers use the index. One in five scans is kept, as measured.
 class SessionFile {
  public:
   ~SessionFile();
@@ -28,12 +28,12 @@ class SessionFile {
   /// Errors: kMachine.
   [[nodiscard]] static Result<std::unique_ptr<SessionFile>> create(const std::string& out_dir);
 
-  /// Where the LiDAR sits in the body of this vehicle; written with its first sweep.
+  /// Pose of the LiDAR in this vehicle's body; written with its first scan.
   void set_lidar(const std::string& vehicle, const geometry::SE3& T_body_lidar);
   [[nodiscard]] Status add_scan(const std::string& vehicle, const sensor::LidarScan& scan);
-  /// A pose as told at the time. Keeps 104 bytes of each until the end.
+  /// A pose as published at the time. Keeps 104 bytes of each until the end.
   [[nodiscard]] Status add_pose(const std::string& vehicle, const PoseRecord& pose);
-  /// The whole way in its final frame, and what of it the odometry did not know.
+  /// The whole path in its final frame, and its degenerate parts.
   /// @param poses as many as were added, with the same stamps
   [[nodiscard]] Status add_path(const std::string& vehicle, const std::vector<PoseRecord>& poses,
                                 const geometry::SE3& T_map_local);
@@ -61,7 +61,7 @@ class SessionFile {
   std::map<std::string, std::uint64_t> scans_;
   std::map<std::string, Time> t_diagnosed_;
   std::map<std::string, geometry::SE3> T_body_lidar_;
-  std::map<std::string, std::vector<std::pair<Time, geometry::SE3>>> told_;  ///< T_odom_body
+  std::map<std::string, std::vector<std::pair<Time, geometry::SE3>>> reported_;  ///< T_odom_body
 };
 
 }  // namespace rali::drive

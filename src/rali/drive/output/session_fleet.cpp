@@ -14,13 +14,13 @@ namespace {
 
 using Colour = std::array<float, 4>;
 
-constexpr Colour kGreen{0.0F, 0.62F, 0.45F, 0.9F};  // colours that most colour-blind people tell
+constexpr Colour kGreen{0.0F, 0.62F, 0.45F, 0.9F};  // distinct for most colour-blind people
 constexpr Colour kRed{0.84F, 0.37F, 0.0F, 0.9F};
 constexpr Colour kGrey{0.6F, 0.6F, 0.6F, 0.6F};
 constexpr Colour kYellow{0.94F, 0.89F, 0.26F, 0.9F};
 
-constexpr int kMaps = 16;                       ///< pictures of the growing map over a run
-constexpr std::size_t kMapPointsMax = 100'000;  ///< of one picture
+constexpr int kMaps = 16;                       ///< number of map clouds over a run
+constexpr std::size_t kMapPointsMax = 100'000;  ///< of one cloud
 constexpr std::size_t kVoxelsMax = 2 * kMapPointsMax;
 constexpr double kMapVoxel_m = 0.3;
 constexpr double kRangeSpan_s = 1.0;   ///< of one message
@@ -38,7 +38,7 @@ wire::Marker marker(Time t, const char* ns, wire::Marker::Type type, double size
   return m;
 }
 
-/// All points so far, one per cube; what one keyframe alone saw is left out: mostly it moved.
+/// All points so far, one per cube. Points of a single keyframe are left out: most are dynamic.
 class ThinMap {
  public:
   void add(const map::KeyframeView& keyframe) {
@@ -83,8 +83,8 @@ class ThinMap {
     Eigen::Vector3f p_map_m;
     float intensity = 0.0F;
     std::uint8_t vehicle = 0;
-    std::uint32_t keyframe = 0;  ///< the last one that saw it
-    std::uint32_t seen = 0;      ///< keyframes
+    std::uint32_t keyframe = 0;  ///< the last one that observed it
+    std::uint32_t seen = 0;      ///< number of keyframes
   };
 
   void add(const Point& point) {
@@ -114,7 +114,7 @@ class ThinMap {
   std::vector<Point> points_;
 };
 
-/// What the final map says of vehicles at any time.
+/// Vehicle poses of the final map at any time.
 struct Places {
   std::map<VehicleId, FinalPath> paths;
   std::map<KeyframeId, geometry::Vec3> keyframes;
@@ -134,7 +134,7 @@ struct Places {
     }
   }
 
-  /// Time of a picture, 1 to kMaps.
+  /// Time of a map cloud, 1 to kMaps.
   [[nodiscard]] Time picture(int number) const {
     if (number >= kMaps) return end;
     return begin + Duration::from_s(seconds_between(begin, end) * number / kMaps);
@@ -257,7 +257,7 @@ Colour colour_of(map::FrontierState state) {
   return kGrey;
 }
 
-/// Frontiers are of a plan: shown at the height of the vehicles.
+/// Frontiers are 2-D: shown at the height of the vehicles.
 wire::MarkerArray frontier_markers(Time t, double z_m, std::span<const fleet::FrontierRow> rows) {
   wire::MarkerArray array;
   array.markers.push_back(marker(t, "frontiers", wire::Marker::kSphereList, kFrontier_m));

@@ -18,7 +18,7 @@ constexpr VehicleId kV1{0}, kV2{1};
 
 Time at(double t_s) { return Time::from_s(t_s); }
 
-/// v2's odometry began 10 m along the corridor and turned about; its second keyframe drifted.
+/// v2's odometry started 10 m along the corridor, rotated; its second keyframe drifted.
 SE3 frame_of_v2() { return {geometry::rotation_from_rpy(0.0, 0.0, 0.5), {10.0, 1.0, 0.0}}; }
 
 struct Written {
@@ -104,7 +104,7 @@ TEST(Session, its_frames_give_the_final_pose_of_every_vehicle_at_every_sweep) {
       EXPECT_TRUE(chained.R.isApprox(final_pose.R, 1e-9));
     }
   }
-  // As told, v2 ended at 20 m of its odometry: what drifted is seen in the frame above it.
+  // In its published odometry, v2 ended at 20 m: the drift is in the frame above it.
   const SE3 last = tf[{"v2/base_link", at(16.0)}];
   EXPECT_NEAR(last.p.x(), 20.0, 1e-9);
   EXPECT_NEAR((tf[{"v2/odom", at(16.0)}].p - frame_of_v2().p).norm(), 0.5, 1e-9);

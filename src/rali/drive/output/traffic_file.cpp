@@ -12,11 +12,11 @@ double mb_per_min(std::uint64_t bytes, double duration_s) {
 }
 
 Status write_traffic_table(const std::string& folder, const std::vector<std::string>& names,
-                           const std::vector<fleet::TrafficCount>& said, double duration_s) {
+                           const std::vector<fleet::TrafficCount>& reported, double duration_s) {
   std::string text = "vehicle,kind,messages,bytes,mb_per_min\n";
-  for (std::size_t v = 0; v < std::min(names.size(), said.size()); ++v) {
-    for (std::size_t k = 0; k < said[v].of_kind.size(); ++k) {
-      const fleet::TrafficCount::Row& count = said[v].of_kind[k];
+  for (std::size_t v = 0; v < std::min(names.size(), reported.size()); ++v) {
+    for (std::size_t k = 0; k < reported[v].of_kind.size(); ++k) {
+      const fleet::TrafficCount::Row& count = reported[v].of_kind[k];
       if (count.messages == 0) continue;
       io::CsvRow row;
       row.text(names[v]).text(fleet::name_of(static_cast<fleet::Kind>(k)));

@@ -15,8 +15,8 @@ namespace rali::drive {
 
 namespace {
 
-/// Added to an edge's information where a direction was blind: strict readers want a matrix that
-/// can be inverted. A sigma of 1000 m or rad says nothing.
+/// Added to an edge's information where a direction was degenerate: strict readers require an
+/// invertible matrix. A sigma of 1000 m or rad is no information.
 constexpr double kInformationMin = 1e-6;
 
 void add_edge(Time t, std::size_t from, std::size_t to, const geometry::SE3& T_from_to,
@@ -53,7 +53,7 @@ void add_joint_edges(const fleet::FleetEstimate& estimate,
   }
 }
 
-/// Keyframes, the odometry between them, loops and ranges; what diverged cuts the chain.
+/// Keyframes, the odometry between them, loops and ranges; diverged keyframes break the chain.
 io::GraphFile graph_of(const std::vector<VehicleRun>& runs, const fleet::FleetEstimate& estimate) {
   io::GraphFile graph;
   std::map<KeyframeId, std::size_t> vertices;

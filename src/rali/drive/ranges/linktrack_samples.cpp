@@ -6,7 +6,7 @@ void append_linktrack(const wire::LinktrackFrame& frame, Time t,
                       const std::map<std::int64_t, io::RadioEnd>& ids, VehicleId self,
                       std::vector<sensor::RangeSample>& out) {
   const auto own = ids.find(static_cast<std::int64_t>(frame.id));
-  // The one who records is the one whose recordings these are, unless the list says otherwise.
+  // The recording radio belongs to the owner of the recordings, unless the list says otherwise.
   const io::RadioEnd from = own != ids.end() ? own->second : io::RadioEnd{self, 0};
   for (const wire::LinktrackNode& node : frame.nodes) {
     const auto peer = ids.find(static_cast<std::int64_t>(node.id));

@@ -9,9 +9,9 @@
 
 namespace rali::drive {
 
-/// Appends the ranges of one frame. A radio that no list names is a stranger, but the one that
-/// wrote the frame is `self`'s.
-/// @param ids number of a radio: whose antenna it is  @param t when the ranges were measured
+/// Appends the ranges of one frame. A radio in no list becomes a stranger, except the one that
+/// wrote the frame: it belongs to `self`.
+/// @param ids radio number to antenna  @param t when the ranges were measured
 void append_linktrack(const wire::LinktrackFrame& frame, Time t,
                       const std::map<std::int64_t, io::RadioEnd>& ids, VehicleId self,
                       std::vector<sensor::RangeSample>& out);

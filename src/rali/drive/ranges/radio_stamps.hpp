@@ -6,9 +6,9 @@
 
 namespace rali::drive {
 
-/// Times of a radio's frames on the recorder's clock, from when they arrived (algorithms 4.6). The
-/// network's time is taken where it runs: both ends of an exchange share it. Where it stands (no
-/// network yet, other firmware), the radio's own time is.
+/// Times of a radio's frames on the recorder's clock, from their arrivals (algorithms 4.6). The
+/// network's time is used where it advances: both ends of an exchange share it. Where it does not
+/// (no network yet, other firmware), the radio's own time is used.
 class RadioStamps {
  public:
   explicit RadioStamps(const ranging::ArrivalClockSettings& settings)

@@ -13,7 +13,7 @@ bool is_antenna(VehicleId vehicle, std::uint8_t antenna, const RangeOptions& opt
   return vehicle.value < options.antennas.size() && antenna < options.antennas[vehicle.value];
 }
 
-/// Numbers names that nobody has, each the same way in all files.
+/// Numbers unknown names, each the same way in all files.
 class Strangers {
  public:
   explicit Strangers(const io::RadioNames& names) : names_(names) {}
@@ -45,7 +45,7 @@ Result<RangeList> read_range_files(const RangeOptions& options) {
     if (!csv) return tl::make_unexpected(csv.error());
     list.findings.insert(list.findings.end(), csv->findings.begin(), csv->findings.end());
     if (!csv->stats.unknown.empty()) {
-      // Once more with their names: what nobody can use is reported row by row as well.
+      // Read again with their names: unusable ranges are reported row by row as well.
       for (const auto& [name, seen] : csv->stats.unknown) strangers.add(name);
       csv = io::read_ranges_csv(path, strangers.names());
       if (!csv) return tl::make_unexpected(csv.error());

@@ -19,12 +19,12 @@ struct RangeList {
   FindingList findings;
 };
 
-/// Reads the CSV files, takes the latency off the stamps and puts all ranges in order. Rows that
-/// name nobody of the fleet stay as ranges of strangers.
-/// Errors: kInput (no file, a column missing, no row that fits).
+/// Reads the CSV files, subtracts the latency from the stamps and sorts all ranges. Rows that name
+/// no vehicle of the fleet stay as ranges of strangers.
+/// Errors: kInput (no file, a column missing, no valid row).
 [[nodiscard]] Result<RangeList> read_range_files(const RangeOptions& options);
 
-/// What can be said of a range without any pose: nobody's antenna, or no length that can be.
+/// Checks a range without any pose: unknown antenna, or impossible length.
 /// @return kNoPose for a range that the vehicles have to judge
 [[nodiscard]] ranging::RangeReason judge_range(const sensor::RangeSample& sample,
                                                const RangeOptions& options);

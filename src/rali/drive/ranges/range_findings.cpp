@@ -52,13 +52,13 @@ std::string remedy_of(RangeReason reason) {
   }
 }
 
-/// All of them before or after all data: said as such, since nothing else would be true.
+/// All ranges lie before or after all data: reported as such, since other findings would mislead.
 std::optional<Finding> other_clock(const RangeTally& tally,
                                    const std::vector<InputReport>& reports) {
   std::optional<Time> begin, end;
   for (const InputReport& report : reports) {
-    if (report.sweeps == 0) continue;
-    begin = std::min(begin.value_or(report.t_begin), report.t_begin);
+    if (report.scans == 0) continue;
+    begin = std::min(begin.value_or(report.t_start), report.t_start);
     end = std::max(end.value_or(report.t_end), report.t_end);
   }
   if (!begin || (tally.last >= *begin && tally.first <= *end)) return std::nullopt;
@@ -70,7 +70,7 @@ std::optional<Finding> other_clock(const RangeTally& tally,
                  "Put both on one clock.");
 }
 
-/// D16: how old ranges are at their stamps. The filters follow it, as far as their prior allows.
+/// D16: age of ranges at their stamps. The filters estimate it, as far as their prior allows.
 std::optional<Finding> latency_finding(const MapJob& job, const std::vector<InputReport>& reports) {
   if (job.ranges.latency_s) return std::nullopt;
   std::vector<std::optional<RangeLatency>> vehicles;
@@ -79,7 +79,7 @@ std::optional<Finding> latency_finding(const MapJob& job, const std::vector<Inpu
   if (!latency) return std::nullopt;
   const double prior_s = job.vehicles.front().settings.ranging.bias.tau_sigma_s;
   const bool large = std::abs(latency->value_s) > std::max(prior_s, 3.0 * *latency->sigma_s);
-  if (!large && *latency->sigma_s > prior_s) return std::nullopt;  // metrics.json has it
+  if (!large && *latency->sigma_s > prior_s) return std::nullopt;  // metrics.json contains it
   Finding f = finding(
       "D16",
       fmt::format("ranges are {} old at their stamps, by the motion", latency_words(*latency)),

@@ -8,11 +8,11 @@
 
 namespace rali::drive {
 
-/// A source of ranges.sources of which no recording has a message.
+/// A source of ranges.sources without a message in any recording.
 [[nodiscard]] Finding no_topic_finding(const std::string& topic);
 
-/// What the user should know about the ranges of a run: a topic that brought none, ranges of which
-/// not one was used and why, ranges between vehicles without a common clock.
+/// Warnings about the ranges of a run: a topic without ranges, ranges of which none was used and
+/// why, ranges between vehicles without a common clock.
 [[nodiscard]] FindingList range_findings(const RangeTally& tally, const MapJob& job,
                                          const std::vector<InputReport>& reports);
 

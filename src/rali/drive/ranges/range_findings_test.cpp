@@ -24,10 +24,10 @@ FindingList findings_of(double first_s, double last_s) {
   MapJob job;
   job.vehicles.resize(3);
   std::vector<InputReport> reports(3);
-  reports[0].sweeps = reports[1].sweeps = 10;
-  reports[0].t_begin = Time::from_s(100.0);
+  reports[0].scans = reports[1].scans = 10;
+  reports[0].t_start = Time::from_s(100.0);
   reports[0].t_end = Time::from_s(200.0);
-  reports[1].t_begin = Time::from_s(150.0);
+  reports[1].t_start = Time::from_s(150.0);
   reports[1].t_end = Time::from_s(260.0);
   return range_findings(log_of(first_s, last_s).tally(), job, reports);
 }

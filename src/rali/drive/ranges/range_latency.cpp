@@ -7,17 +7,17 @@
 namespace rali::drive {
 namespace {
 
-/// A filter that knows the offset hardly better than before has seen nothing of it: motion that
-/// says less than five times the prior's sigma.
-constexpr double kKnownShare = 0.98;
+/// A posterior sigma above this fraction of the prior's means that the offset was not observed: the
+/// motion's own sigma exceeds five times the prior's.
+constexpr double kKnownFraction = 0.98;
 
 }  // namespace
 
 std::optional<RangeLatency> latency_by_motion(
     const std::optional<vehicle::RangeStampOffset>& offset, double prior_sigma_s) {
   if (!offset || !(offset->sigma_s > 0.0) || !std::isfinite(offset->value_s)) return std::nullopt;
-  if (!(offset->sigma_s < kKnownShare * prior_sigma_s)) return std::nullopt;
-  // Posterior = prior of mean 0 and motion, each by its information: the prior is taken out again.
+  if (!(offset->sigma_s < kKnownFraction * prior_sigma_s)) return std::nullopt;
+  // Posterior = prior of mean 0 and motion, each by its information: the prior is removed again.
   const double posterior = 1.0 / (offset->sigma_s * offset->sigma_s);
   const double motion = posterior - 1.0 / (prior_sigma_s * prior_sigma_s);
   return RangeLatency{-offset->value_s * posterior / motion, 1.0 / std::sqrt(motion)};

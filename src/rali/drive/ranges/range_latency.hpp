@@ -15,14 +15,15 @@ struct RangeLatency {
   std::optional<double> sigma_s;  ///< empty: given, not estimated
 };
 
-/// What one vehicle's motion alone says, without the prior of its filter, which holds the offset
-/// near zero. Empty where the motion has said nothing: a vehicle that stands, or drives one way.
+/// Estimate from one vehicle's motion alone, without the prior of its filter, which keeps the
+/// offset near zero. Empty where the motion gave no information: a vehicle at standstill, or moving
+/// in one direction.
 /// @param prior_sigma_s of the filter's offset
 [[nodiscard]] std::optional<RangeLatency> latency_by_motion(
     const std::optional<vehicle::RangeStampOffset>& offset, double prior_sigma_s);
 
-/// Of several vehicles that used ranges of one source. Each range has moved one vehicle only, so
-/// that what they say is independent.
+/// Combines several vehicles that used ranges of one source. Each range has corrected one vehicle
+/// only, so the estimates are independent.
 [[nodiscard]] std::optional<RangeLatency> combined(
     std::span<const std::optional<RangeLatency>> vehicles);
 

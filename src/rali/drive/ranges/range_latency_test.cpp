@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kPrior_s = 0.02;
 
-/// What a filter with that prior makes of motion that says `latency_s` to `sigma_s`.
+/// Posterior of a filter with that prior for a motion estimate of `latency_s` with `sigma_s`.
 vehicle::RangeStampOffset filtered(double latency_s, double sigma_s) {
   const double prior = 1.0 / (kPrior_s * kPrior_s), motion = 1.0 / (sigma_s * sigma_s);
   return {-latency_s * motion / (prior + motion), 1.0 / std::sqrt(prior + motion)};

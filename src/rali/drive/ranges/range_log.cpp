@@ -45,8 +45,8 @@ io::CsvRow row_of(const RangeUse& use, const std::string& from, const std::strin
 }  // namespace
 
 RangeReason RangeTally::commonest_refusal() const {
-  const auto most = std::max_element(by_reason.begin() + 1, by_reason.end());
-  return *most == 0 ? RangeReason::kUsed : static_cast<RangeReason>(most - by_reason.begin());
+  const auto maximum = std::max_element(by_reason.begin() + 1, by_reason.end());
+  return *maximum == 0 ? RangeReason::kUsed : static_cast<RangeReason>(maximum - by_reason.begin());
 }
 
 void RangeLog::add_handed(const sensor::RangeSample& sample) {
@@ -66,7 +66,7 @@ void RangeLog::answer(const RangeUse& use, VehicleId by, bool moving) {
   const std::size_t end = by == use.sample.from ? 0 : 1;
   auto row = std::lower_bound(handed_.begin(), handed_.end(), use.sample.t,
                               [](const Row& r, Time t) { return r.use.sample.t < t; });
-  // A repeat stands once more behind the first: each answer goes to the next one without.
+  // A repeat follows the first sample: each report goes to the next one without a report.
   while (row != handed_.end() && row->use.sample.t == use.sample.t &&
          (row->answered[end] || !same(row->use.sample, use.sample))) {
     ++row;

@@ -13,7 +13,7 @@
 
 namespace rali::drive {
 
-/// What the ranges of one pair of vehicles came to. NaN: not known.
+/// Statistics of the ranges of one pair of vehicles. NaN: not known.
 struct RangePair {
   std::string name;  ///< "v1-v2"
   std::size_t total = 0, used = 0;
@@ -21,7 +21,7 @@ struct RangePair {
   double residual_std_m = std::numeric_limits<double>::quiet_NaN();  ///< of those used
 };
 
-/// What the ranges of a run came to.
+/// Statistics of the ranges of a run.
 struct RangeTally {
   std::size_t total = 0;
   Time first, last;  ///< stamps of the earliest and of the latest
@@ -30,11 +30,11 @@ struct RangeTally {
 
   [[nodiscard]] std::size_t used() const { return by_reason[0]; }
 
-  /// The reason of most of those not used; kUsed where there are none.
+  /// The most frequent reason for rejection; kUsed if none was rejected.
   [[nodiscard]] ranging::RangeReason commonest_refusal() const;
 };
 
-/// Every range of a run, once, with what became of it. 112 bytes per range.
+/// Every range of a run, once, with its result. 112 bytes per range.
 class RangeLog {
  public:
   /// @param vehicles names by number
@@ -43,14 +43,14 @@ class RangeLog {
   /// Names of ends that are no vehicle, for the table.
   void name_strangers(std::map<std::uint16_t, std::string> names) { strangers_ = std::move(names); }
 
-  /// A range that goes to its vehicles, in the order of time.
+  /// A range that is passed to its vehicles, in time order.
   void add_handed(const sensor::RangeSample& sample);
 
-  /// A range that no vehicle sees, and why.
+  /// A range that is passed to no vehicle, and why.
   void add_refused(const sensor::RangeSample& sample, ranging::RangeReason reason);
 
-  /// What a vehicle made of a range. Where both ends answer, the one that used it counts, else the
-  /// one that moved. Answers to what was not handed are left out.
+  /// How a vehicle used a range. If both ends report, the one that used it counts, else the one
+  /// that moved. Reports about ranges that were not passed on are ignored.
   void answer(const ranging::RangeUse& use, VehicleId by, bool moving);
 
   [[nodiscard]] bool empty() const { return handed_.empty() && refused_.empty(); }
@@ -64,7 +64,7 @@ class RangeLog {
   [[nodiscard]] RangeTally tally() const;
 
  private:
-  /// Worth of an answer: none yet, of one that stands, of one that moves, used.
+  /// Rank of a report: none yet, by a standing vehicle, by a moving one, used.
   enum class Worth : std::uint8_t { kNone, kStanding, kMoving, kUsed };
 
   struct Row {

@@ -47,7 +47,7 @@ TEST(RangeLog, repeats_of_one_row_get_an_answer_each) {
   log.answer(use_of(1.0, RangeReason::kUsed), kFirst, true);
   log.answer(use_of(1.0, RangeReason::kDuplicate), kFirst, true);
   log.answer(use_of(1.0, RangeReason::kOutlier), kFirst, true);  // one too many
-  log.answer(use_of(7.0, RangeReason::kUsed), kFirst, true);     // never handed
+  log.answer(use_of(7.0, RangeReason::kUsed), kFirst, true);     // never passed on
   EXPECT_EQ(log.tally().total, 2U);
   EXPECT_EQ(log.tally().used(), 1U);
   EXPECT_EQ(log.tally().by_reason[static_cast<std::size_t>(RangeReason::kDuplicate)], 1U);

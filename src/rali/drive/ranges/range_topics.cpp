@@ -10,10 +10,10 @@
 namespace rali::drive {
 namespace {
 
-/// RangeSample: 0 is not known; the message: NaN is not known.
+/// RangeSample: 0 means unknown; in the message NaN does.
 double known_dbm(float value) { return std::isfinite(value) ? static_cast<double>(value) : 0.0; }
 
-/// Whose antenna it is; names that nobody has are nobody.
+/// The antenna of a name; an unknown name becomes kNobody.
 io::RadioEnd end_of(const io::RadioNames& names, const std::string& vehicle,
                     const std::string& antenna) {
   const auto with_antenna = names.find(vehicle + '/' + antenna);

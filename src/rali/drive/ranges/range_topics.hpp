@@ -14,13 +14,14 @@
 
 namespace rali::drive {
 
-/// Ranges out of the messages of one vehicle's recordings: LinkTrack frames and rali_msgs/Range.
-/// An end that is nobody's becomes a stranger; limits are not applied here.
+/// Extracts ranges from the messages of one vehicle's recordings: LinkTrack frames and
+/// rali_msgs/Range. An end that belongs to no vehicle becomes a stranger; limits are not applied
+/// here.
 class RangeTopics {
  public:
-  /// @param self whose recordings they are: a radio that no list names is its first antenna
-  /// @param clock_ahead stamps of the sensors less those of the recorder, added to what is
-  ///   stamped by the recorder or on its arrival
+  /// @param self owner of the recordings: a radio in no list is its first antenna
+  /// @param clock_ahead stamps of the sensors minus those of the recorder, added to stamps by the
+  /// recorder or by arrival
   RangeTopics(std::shared_ptr<const RangeOptions> options, VehicleId self, Duration clock_ahead)
       : options_(std::move(options)), self_(self), clock_ahead_(clock_ahead) {}
 

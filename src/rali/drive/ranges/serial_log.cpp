@@ -15,7 +15,7 @@
 namespace rali::drive {
 namespace {
 
-/// Between frames nothing is lost but the beginning and the end of a recording.
+/// Between frames nothing is lost except at the start and the end of a recording.
 constexpr std::uint64_t kSkippedMin = 4096;
 
 int digit(char c) {
@@ -24,7 +24,7 @@ int digit(char c) {
   return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
 }
 
-/// False where the text is no whole bytes.
+/// False if the text is not whole bytes.
 bool parse_hex(std::string_view text, std::vector<std::byte>& out) {
   out.clear();
   int high = -1;
@@ -42,7 +42,7 @@ bool parse_hex(std::string_view text, std::vector<std::byte>& out) {
   return high < 0;
 }
 
-/// Frames of one log to ranges with their times.
+/// Converts the frames of one log to ranges with their times.
 class Reading {
  public:
   Reading(const SerialLog& log, const RangeOptions& options)

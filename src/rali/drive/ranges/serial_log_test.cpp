@@ -59,7 +59,7 @@ SerialLog log_at(const std::string& path) {
   return {path, VehicleId{0}, {{2, io::RadioEnd{VehicleId{1}, 0}}}};
 }
 
-// Arrivals scatter by 55 ms; what is measured has the radio's own regular clock.
+// Arrivals scatter by 55 ms; the measurements follow the radio's own regular clock.
 TEST(SerialLog, stamps_follow_the_lower_envelope_of_the_arrivals) {
   const io::TestFolder folder;
   const auto ranges = read_serial_log(log_at(folder.write("v1.csv", log_of(500))), {});

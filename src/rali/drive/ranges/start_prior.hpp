@@ -8,8 +8,8 @@
 
 namespace rali::drive {
 
-/// The peer's first pose in one's own, by what was measured of both by hand; nothing if no chain
-/// leads from the one to the other.
+/// The peer's first pose relative to one's own, from start poses measured by hand; empty if no
+/// chain of them connects the two.
 [[nodiscard]] std::optional<vehicle::PeerPrior> prior_between(
     std::span<const fleet::GivenStart> starts, VehicleId self, VehicleId peer);
 

@@ -8,10 +8,10 @@
 
 namespace rali::drive {
 
-/// The name under which a log keeps a fact.
+/// The key of a fact in a log.
 [[nodiscard]] factlog::RecordKey record_key(const fleet::FactKey& key);
 
-/// The fact of a record. Errors: kInput for bytes that are no fact, or one of another name.
+/// The fact of a record. Errors: kInput for bytes that are no fact, or one with another key.
 [[nodiscard]] Result<fleet::FactPtr> decode_record(const factlog::RecordKey& key,
                                                    std::span<const std::byte> bytes);
 

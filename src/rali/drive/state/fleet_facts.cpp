@@ -14,14 +14,14 @@
 #include "rali/config/vehicle_name.hpp"
 #include "rali/drive/state/fact_record.hpp"
 #include "rali/factlog/disk_log.hpp"
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 
 namespace rali::drive {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// As many as a fleet.yaml may name. A larger number in a log is damage, or another program's.
+/// The maximum of a fleet.yaml. A larger number in a log is damage, or of another program.
 constexpr std::size_t kVehiclesMax = 64;
 
 /// Each folder once, by name.
@@ -36,7 +36,7 @@ std::vector<std::string> distinct(std::vector<std::string> folders) {
   return folders;
 }
 
-/// One set of facts from several folders.
+/// Merges the facts of several folders.
 class Union {
  public:
   Status add(const std::string& folder);
@@ -45,7 +45,7 @@ class Union {
  private:
   struct Known {
     fleet::FactPtr fact;
-    std::size_t folder = 0;  ///< that it was read from first
+    std::size_t folder = 0;  ///< from which it was read first
   };
 
   Status add_fact(const fleet::FactPtr& fact);
@@ -107,7 +107,7 @@ Status Union::add_fact(const fleet::FactPtr& fact) {
               "Give folders of one mission of one fleet.");
 }
 
-/// @param first, last of its facts, by key
+/// @param first, last range of its facts, by key
 FleetFacts::Member Union::member(std::uint16_t number, const fleet::FactPtr* first,
                                  const fleet::FactPtr* last) const {
   FleetFacts::Member member;
@@ -118,7 +118,7 @@ FleetFacts::Member Union::member(std::uint16_t number, const fleet::FactPtr* fir
     const bool follows = k > 0 && member.facts[k - 1]->key.epoch == fact.key.epoch;
     member.missing += fact.key.seq - (follows ? member.facts[k - 1]->key.seq + 1 : 0);
     const auto* start = std::get_if<fleet::EpochStart>(&fact.body);
-    // A name becomes the name of files: one that no fleet.yaml can have is no name.
+    // A name becomes part of file names: one that is invalid in fleet.yaml is ignored.
     if (start == nullptr || !config::is_vehicle_name(start->name)) continue;
     member.name = start->name;
     member.named = true;

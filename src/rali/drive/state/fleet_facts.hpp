@@ -10,12 +10,12 @@
 
 namespace rali::drive {
 
-/// What state folders hold of a mission (docs/reference/state.md), as one set of facts: whoever
-/// was told a fact has the same one.
+/// The contents of state folders of a mission (docs/reference/state.md), as one set of facts: all
+/// copies of a fact are identical.
 struct FleetFacts {
   struct Member {
-    std::string name;  ///< as it named itself at its last start; "vehicle_3" where no fact says so
-    bool named = false;  ///< by itself
+    std::string name;    ///< from its last start; "vehicle_3" if no fact names it
+    bool named = false;  ///< by its own fact
     std::vector<geometry::Vec3> antennas_body_m;
     std::vector<fleet::FactPtr> facts;  ///< by epoch and number; may be empty
     std::size_t missing = 0;  ///< facts below the last one of each start that no folder holds
@@ -26,13 +26,13 @@ struct FleetFacts {
   FindingList findings;              ///< damage
 };
 
-/// Whether a folder holds what `rali run --state` writes.
+/// Whether a folder was written by `rali run --state`.
 [[nodiscard]] bool is_state_folder(const std::string& path);
 
-/// Reads state folders and changes nothing in them; their vehicles may be running. The same for any
-/// order of the folders.
-/// Errors: kInput for what is no state folder, holds no fact, was written by a newer program, or
-/// contradicts another one: two missions, or two fleets; kMachine.
+/// Reads state folders and changes nothing in them; their vehicles may be running. The result does
+/// not depend on the order of the folders.
+/// Errors: kInput for a folder that is no state folder, holds no fact, was written by a newer
+/// program, or contradicts another one: two missions, or two fleets; kMachine.
 [[nodiscard]] Result<FleetFacts> read_fleet_facts(std::vector<std::string> folders);
 
 }  // namespace rali::drive

@@ -16,7 +16,8 @@ const VehicleId kA{0}, kB{1};
 
 fleet::FactPtr start_of(VehicleId id, const std::string& name, std::uint32_t epoch = 0,
                         double t_s = 1.0) {
-  return told_fact(id, epoch, 0, t_s, fleet::EpochStart{name, {geometry::Vec3(0.1, 0.0, 0.5)}});
+  return quantised_fact(id, epoch, 0, t_s,
+                        fleet::EpochStart{name, {geometry::Vec3(0.1, 0.0, 0.5)}});
 }
 
 fleet::FactPtr node_of(VehicleId id, std::uint32_t seq, double x_m, std::uint32_t epoch = 0) {
@@ -24,7 +25,7 @@ fleet::FactPtr node_of(VehicleId id, std::uint32_t seq, double x_m, std::uint32_
   step.node = seq - 1;
   step.T_odom_body.p.x() = x_m;
   step.covariance = step.lidar_information = geometry::Mat6::Identity();
-  return told_fact(id, epoch, seq, 1.0 + seq, step);
+  return quantised_fact(id, epoch, seq, 1.0 + seq, step);
 }
 
 std::vector<std::pair<std::uint32_t, std::uint32_t>> names_of(const FleetFacts::Member& member) {

@@ -9,10 +9,10 @@ namespace rali::drive {
 namespace {
 
 constexpr std::uint8_t kVersion = 1;
-/// As many as fit a slot with room to spare.
+/// As many as fit a slot with space to spare.
 constexpr std::size_t kFleetMax = 1024;
 
-/// One order of fields for writing and reading.
+/// The order of fields, shared by writing and reading.
 template <class Archive, class Record>
 void layout(Archive& a, Record& r) {
   a.number(r.self.value);

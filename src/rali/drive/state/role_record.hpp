@@ -9,7 +9,7 @@
 
 namespace rali::drive {
 
-/// What a role slot holds.
+/// The contents of a role slot.
 struct RoleRecord {
   VehicleId self;
   std::uint32_t epoch = 0;
@@ -19,7 +19,7 @@ struct RoleRecord {
 
 [[nodiscard]] wire::Bytes encode_role(const RoleRecord& record);
 
-/// Errors: kInput for what no encoder made; kNoAnswer for one of a newer program.
+/// Errors: kInput for bytes that no encoder made; kNoAnswer for a record of a newer program.
 [[nodiscard]] Result<RoleRecord> decode_role(std::span<const std::byte> bytes);
 
 }  // namespace rali::drive

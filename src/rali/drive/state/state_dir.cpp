@@ -11,7 +11,7 @@
 #include "rali/drive/state/fact_record.hpp"
 #include "rali/drive/state/role_record.hpp"
 #include "rali/fleet/facts/keyframe_number.hpp"
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 #include "rali/fleet/messages/kind.hpp"
 #include "rali/wire/fleet/codec.hpp"
 
@@ -19,8 +19,8 @@ namespace rali::drive {
 
 namespace {
 
-/// Starts whose epoch may be on no disk after the role was lost: each is on the disk before its
-/// first fact is sent, but that fact need not be.
+/// Starts whose epoch may be on no disk after the role was lost. Each epoch is on the disk before
+/// its first fact is sent, but that fact need not be.
 constexpr std::uint32_t kEpochsSkipped = 16;
 
 /// The newest epoch of a vehicle's own facts in a log.
@@ -159,7 +159,7 @@ bool StateDir::take(const fleet::NodeOutput& output) {
     return true;
   }
   if (const auto* role = std::get_if<fleet::SaveRole>(&output)) {
-    role_ = *role;  // a later one says all that the earlier ones did
+    role_ = *role;  // a later role contains all earlier changes
     return true;
   }
   return false;
@@ -171,7 +171,7 @@ void StateDir::take_fact(const fleet::FactPtr& fact) {
 }
 
 bool StateDir::write(const fleet::FactPtr& fact, std::string& why) {
-  // What a full disk keeps longest is what no other fact replaces (middleware 4.4).
+  // A full disk keeps longest the facts that no other fact replaces (middleware 4.4).
   const fleet::Kind kind = fleet::kind_of(*fact);
   const std::uint64_t reserve = kind == fleet::Kind::kFinePoints     ? 2 * settings_.reserve_bytes
                                 : kind == fleet::Kind::kCoarsePoints ? settings_.reserve_bytes
@@ -183,7 +183,7 @@ bool StateDir::write(const fleet::FactPtr& fact, std::string& why) {
   const auto bytes =
       wire::encode_envelope({fact->key.vehicle, std::nullopt, fleet::FactMessage{fact}});
   if (!bytes) {
-    // No radio takes it either.
+    // The radio rejects it, too.
     findings_.push_back(finding_of("log.refused", Severity::kError, bytes.error().message(),
                                    "it is not in the log", ""));
     return true;
@@ -194,7 +194,7 @@ bool StateDir::write(const fleet::FactPtr& fact, std::string& why) {
     why = appended ? "it is full" : appended.error().message();
     return false;
   }
-  // Of a conflict the log tells itself; what it holds is not this fact.
+  // The log itself reports a conflict; its record is not this fact.
   if (*appended != factlog::Appended::kConflict) unsynced_.push_back(fact);
   return true;
 }
@@ -230,7 +230,7 @@ std::vector<fleet::NodeEvent> StateDir::sync(Time now, bool all) {
   kept.free_bytes = log_->free_bytes();
   kept.failing_facts = failing_.size();
   std::vector<fleet::NodeEvent> events;
-  // A role that could not be saved is tried again; what waits for it stays unsent.
+  // A role that could not be saved is tried again; messages that depend on it stay unsent.
   if (!role_saved) failed_.why = role_saved.error().message();
   if (!failed_.facts.empty() || !role_saved) events.emplace_back(std::exchange(failed_, {}));
   const bool recovered = failing_before > 0 && failing_.empty() && role_saved;
@@ -238,7 +238,7 @@ std::vector<fleet::NodeEvent> StateDir::sync(Time now, bool all) {
   return events;
 }
 
-/// A disk that refuses them refuses facts, too, and that is told; the next ones are tried again.
+/// A disk that refuses them refuses facts, too, which is reported; the next ones are tried again.
 void StateDir::sync_seen() {
   if (seen_slots_ == nullptr || seen_ == seen_kept_) return;
   if (seen_slots_->save(seen_)) seen_kept_ = seen_;

@@ -18,14 +18,14 @@ namespace rali::drive {
 struct StateSettings {
   double sync_s = 0.5;          ///< facts are synced after this long ...
   std::size_t sync_facts = 64;  ///< ... or when so many wait
-  double retry_s = 5.0;         ///< between two tries to write what could not be written
+  double retry_s = 5.0;         ///< between two attempts after a failed write
   std::uint64_t reserve_bytes = std::uint64_t{64} << 20;  ///< for ranges and increments
   factlog::DiskLogSettings log;
 };
 
-/// What a vehicle's part in the fleet must not forget, on its disk (docs/reference/state.md): log
-/// of facts, role, epoch. A host gives it the outputs SaveFact and SaveRole of its fleet::Node,
-/// calls sync(), and gives the events back to the node:
+/// A vehicle's persistent fleet state on disk (docs/reference/state.md): log of facts, role, epoch.
+/// A host passes it the outputs SaveFact and SaveRole of its fleet::Node, calls sync(), and passes
+/// the resulting events back to the node:
 ///
 ///     auto state = StateDir::open(folder, self, fleet);
 ///     fleet::Node node(self, fleet, settings, known, now, state->take_start());
@@ -35,17 +35,17 @@ struct StateSettings {
 ///     for (const fleet::NodeEvent& event : state->sync(now)) node.step(event, ...);
 ///
 /// sync() blocks for as long as the disk takes (0.1 to 45 ms measured). It may run in a thread of
-/// its own: nothing is shared with the node but facts, which never change.
+/// its own: it shares only facts with the node, and those never change.
 class StateDir {
  public:
   /// Opens a vehicle's folder, or makes it. The epoch is raised and on the disk when this returns.
-  /// Errors: kUsage if another process has the folder, or if it is another vehicle's; kInput for
-  /// one of a newer program, or without epochs left; kMachine.
+  /// Errors: kUsage if another process has the folder open, or if it belongs to another vehicle;
+  /// kInput for a folder of a newer program, or without epochs left; kMachine.
   [[nodiscard]] static Result<StateDir> open(const std::string& folder, VehicleId self,
                                              const std::vector<VehicleId>& fleet,
                                              const StateSettings& settings = {});
 
-  /// Likewise from a log and slots that the host keeps, such as those in memory.
+  /// The same from a log and slots that the host keeps, such as those in memory.
   [[nodiscard]] static Result<StateDir> restore(std::shared_ptr<factlog::FactLog> log,
                                                 std::shared_ptr<factlog::RoleSlots> slots,
                                                 VehicleId self, const std::vector<VehicleId>& fleet,
@@ -53,19 +53,19 @@ class StateDir {
 
   [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
 
-  /// What the node is built from; to be taken once.
+  /// The start state of the node; to be taken once.
   [[nodiscard]] fleet::NodeStart take_start() { return std::move(start_); }
 
-  /// False for outputs that are not its business. Facts are written, nothing is synced yet.
+  /// False for other outputs. Facts are written but not synced yet.
   bool take(const fleet::NodeOutput& output);
 
   /// Writes and syncs what is due: a role always, facts after `sync_s` or `sync_facts`.
-  /// @param now of the node's clock  @param all facts, too, whether due or not: before an end
+  /// @param now of the node's clock  @param all also facts that are not due yet, before an end
   /// @return events for the node: fleet::Persisted, fleet::PersistFailed
   [[nodiscard]] std::vector<fleet::NodeEvent> sync(Time now, bool all = false);
 
-  /// What the link to the others has accepted, as bytes, at the last save of an earlier start;
-  /// empty where there is none.
+  /// Encoded counters of the messages that the link had accepted at the last save of an earlier
+  /// start; empty if there is none.
   [[nodiscard]] const factlog::Bytes& seen() const { return seen_kept_; }
 
   /// Is on the disk after the next sync().
@@ -76,7 +76,7 @@ class StateDir {
 
   [[nodiscard]] std::uint64_t free_bytes() const { return log_->free_bytes(); }
 
-  /// Damage, torn ends, conflicts, an unreadable role.
+  /// Findings about damage, torn ends, conflicts, an unreadable role.
   [[nodiscard]] FindingList take_findings();
 
  private:
@@ -87,7 +87,7 @@ class StateDir {
   [[nodiscard]] Status read_role(const std::vector<VehicleId>& fleet);
   void read_facts(const std::vector<VehicleId>& fleet);
   [[nodiscard]] Status save_role(const fleet::DurableRole& durable);
-  /// False: it must be tried again; `why` says so.
+  /// False: it must be tried again; `why` gives the reason.
   [[nodiscard]] bool write(const fleet::FactPtr& fact, std::string& why);
   void take_fact(const fleet::FactPtr& fact);
   void sync_facts(std::vector<fleet::FactKey>& kept);
@@ -105,10 +105,10 @@ class StateDir {
   std::optional<fleet::SaveRole> role_;             ///< to be saved
   std::shared_ptr<factlog::RoleSlots> seen_slots_;  ///< null: not kept
   factlog::Bytes seen_, seen_kept_;
-  std::uint64_t role_kept_ = 0;           ///< number of the last one that was
+  std::uint64_t role_kept_ = 0;           ///< number of the last role that was saved
   std::vector<fleet::FactPtr> unsynced_;  ///< written since the last sync
   std::deque<fleet::FactPtr> failing_;    ///< to be tried again
-  fleet::PersistFailed failed_;           ///< to be told
+  fleet::PersistFailed failed_;           ///< to be reported
   std::optional<Time> synced_, retried_;
   FindingList findings_;
 };

@@ -10,7 +10,7 @@
 #include "rali/factlog/folder_for_test.hpp"
 #include "rali/factlog/memory_log.hpp"
 #include "rali/fleet/facts/facts_for_test.hpp"
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 
 namespace rali::drive {
 namespace {
@@ -21,9 +21,9 @@ const std::vector<VehicleId> kFleet = {VehicleId{0}, VehicleId{1}, VehicleId{2}}
 fleet::FactPtr fact_of(VehicleId vehicle, std::uint32_t epoch, std::uint32_t seq,
                        fleet::FactBody body = fleet::EpochStart{"v", {}}) {
   fleet::Fact fact{{vehicle, epoch, seq}, Time::from_s(1.0 + seq), std::move(body)};
-  auto told = fleet::told(fact);
-  EXPECT_TRUE(told.has_value());
-  return std::make_shared<const fleet::Fact>(std::move(*told));
+  auto quantised = fleet::quantised(fact);
+  EXPECT_TRUE(quantised.has_value());
+  return std::make_shared<const fleet::Fact>(std::move(*quantised));
 }
 
 fleet::FactPtr points_of(std::uint32_t seq, bool fine) {
@@ -39,7 +39,7 @@ StateDir opened(const std::string& folder) {
   return std::move(*state);
 }
 
-/// Of all events, the facts that are kept.
+/// The persisted facts of all events.
 std::vector<fleet::FactKey> kept(const std::vector<fleet::NodeEvent>& events) {
   std::vector<fleet::FactKey> keys;
   for (const fleet::NodeEvent& event : events) {

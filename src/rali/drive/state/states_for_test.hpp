@@ -11,19 +11,19 @@
 #include <gtest/gtest.h>
 
 #include "rali/drive/state/state_dir.hpp"
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 
 namespace rali::drive {
 
-/// As all vehicles know it.
-inline fleet::FactPtr told_fact(VehicleId vehicle, std::uint32_t epoch, std::uint32_t seq,
-                                double t_s, fleet::FactBody body) {
-  auto told = fleet::told({{vehicle, epoch, seq}, Time::from_s(t_s), std::move(body)});
-  EXPECT_TRUE(told.has_value());
-  return std::make_shared<const fleet::Fact>(std::move(*told));
+/// A fact as quantised for all vehicles.
+inline fleet::FactPtr quantised_fact(VehicleId vehicle, std::uint32_t epoch, std::uint32_t seq,
+                                     double t_s, fleet::FactBody body) {
+  auto quantised = fleet::quantised({{vehicle, epoch, seq}, Time::from_s(t_s), std::move(body)});
+  EXPECT_TRUE(quantised.has_value());
+  return std::make_shared<const fleet::Fact>(std::move(*quantised));
 }
 
-/// Writes facts as `rali run` of a vehicle of a fleet of four would.
+/// Writes facts as `rali run` does for a vehicle in a fleet of four.
 inline void write_state(const std::string& folder, VehicleId self,
                         const std::vector<fleet::FactPtr>& facts) {
   auto state =

@@ -15,17 +15,17 @@
 namespace rali::fleet {
 
 /// The temporary centre of the fleet: makes one map of all vehicles from their facts (paper,
-/// "Global optimisation"; algorithms_fleet 7 to 9). Which vehicle it runs on is nothing to it: the
-/// same facts give the same estimate, in whatever order they come.
+/// "Global optimisation"; algorithms_fleet 7 to 9). The result does not depend on the vehicle it
+/// runs on: the same facts give the same estimate, in whatever order they arrive.
 class Centre {
  public:
   Centre(const FleetSettings& settings, FleetKnowledge knowledge);
 
-  /// Facts of which there is more than one of the same key are to be sorted out before.
+  /// Duplicates of a fact with the same key must be removed before.
   void add(const Fact& fact) { paths_.add(fact.key, fact.t, fact.body); }
 
-  /// Joins the frames, looks for loops and solves for everything that is known so far.
-  /// Of no use if the flag was raised meanwhile.
+  /// Joins the frames, searches loops and solves for all known facts. The result is invalid if the
+  /// flag was raised meanwhile.
   /// @param compared in earlier estimates; null: none
   [[nodiscard]] FleetEstimate estimate(Executor& executor, ComparedPieces* compared = nullptr,
                                        StopFlag stop = {}) const;
@@ -37,7 +37,7 @@ class Centre {
 
   [[nodiscard]] const FleetKnowledge& knowledge() const { return knowledge_; }
 
-  /// Points of keyframes before these nodes, one for each path, are not needed any more.
+  /// Frees the points of keyframes before these nodes, one for each path.
   void forget_points_before(std::span<const std::size_t> nodes) {
     paths_.forget_points_before(nodes);
   }

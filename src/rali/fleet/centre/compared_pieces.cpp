@@ -12,10 +12,10 @@ using geometry::SE3;
 
 namespace {
 
-/// Beyond it the pictures from above are others: at 10 m it moves points by 2 cm.
+/// Beyond it the bird's-eye images differ: at 10 m the rotation moves points by 2 cm.
 constexpr double kRelevelled_rad = 0.1 * std::numbers::pi / 180.0;
 constexpr double kSamePath_m = 1e-6;
-/// Of a sigma: a guess that moves less looks in the same place.
+/// Fraction of a sigma: a guess that changes less leads to the same search.
 constexpr double kSameGuess = 0.1;
 
 bool same(double a, double b) { return std::abs(a - b) <= kSameGuess * std::min(a, b); }
@@ -32,7 +32,7 @@ bool same(const std::optional<places::Guess>& a, const std::optional<places::Gue
          std::abs(yaw_rad) <= kSameGuess * sigma_rad;
 }
 
-/// The same relation of the bodies, between frames that are levelled as they are now.
+/// The same relation of the bodies, between the frames as they are levelled now.
 places::Recognition relevelled(places::Recognition recognition, const SE3& T_target_now_then,
                                const SE3& T_source_now_then) {
   const SE3 T_source_then_now = T_source_now_then.inverse();

@@ -11,26 +11,25 @@
 
 namespace rali::fleet {
 
-/// What comparing pieces of path has brought in earlier solutions. A comparison depends on its two
-/// pieces and on its guess alone: while these stay, it is made once, in however many solutions the
-/// pair comes up, and what was refused is remembered like what was found. A piece with other scans
-/// is another piece. One that is levelled anew by a little is not: the bodies lie to each other as
-/// they did.
+/// Results of comparing pieces of paths in earlier solutions. A comparison depends only on its two
+/// pieces and its guess: while these are unchanged, it is made once, however many solutions need
+/// it. Rejections are stored like matches. A piece with other scans is a different piece. One whose
+/// levelling has changed slightly is not: the relation of the bodies is unchanged.
 class ComparedPieces {
  public:
   /// As compare_all(), but only of pairs that are new.
   /// @param settings the same in each call
-  /// @param stop where it is raised nothing is remembered
+  /// @param stop if it is raised, nothing is stored
   [[nodiscard]] std::vector<LoopFound> compare(std::span<const PathSubmap> submaps,
                                                std::vector<LoopCandidate> candidates,
                                                const places::RecogniseSettings& settings,
                                                Executor& executor, StopFlag stop = {});
 
-  /// How many comparisons were made, not remembered.
+  /// Number of comparisons that were made, not read from memory.
   [[nodiscard]] std::size_t made() const { return made_; }
 
  private:
-  /// A piece as it was when it was compared.
+  /// State of a piece when it was compared.
   struct Piece {
     explicit Piece(const places::Submap& submap);
 

@@ -12,14 +12,14 @@
 
 namespace rali::fleet {
 
-/// A keyframe as the fleet's joint estimate has it.
+/// A keyframe in the fleet's joint estimate.
 struct KeyframePose {
   Time t;
   geometry::SE3 T_map_body;
   geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
 };
 
-/// How a vehicle hangs in the fleet's map.
+/// Relation of a vehicle's frame to the fleet's map.
 struct VehicleFrame {
   VehicleId vehicle;
   std::uint32_t epoch = 0;
@@ -33,7 +33,7 @@ struct VehicleFrame {
   std::string waits_for;   ///< a sentence: what is missing to join it; empty: nothing
 };
 
-/// What became of two keyframes that seem to see one place.
+/// Result of comparing two keyframes that may show one place.
 struct LoopVerdict {
   KeyframeId from, to;
   Time t_from, t_to;
@@ -41,11 +41,11 @@ struct LoopVerdict {
   geometry::Mat6 information = geometry::Mat6::Zero();
   bool accepted = false;
   std::string reason;    ///< "accepted", "no_match:overlap", "ambiguous", "veto", "slid", ...
-  double score = 0.0;    ///< share of points that agree
-  double shift_m = 0.0;  ///< how far the measurement is from what was expected
+  double score = 0.0;    ///< fraction of points that agree
+  double shift_m = 0.0;  ///< distance of the measurement from the expected pose
 };
 
-/// The constant that a pair of radios measures too much.
+/// Constant error of the ranges of a pair of radios.
 struct PairBias {
   VehicleId a, b;
   std::uint8_t antenna_a = 0, antenna_b = 0;
@@ -54,7 +54,7 @@ struct PairBias {
   double residual_std_m = 0.0;  ///< of those used
 };
 
-/// A range as it entered the estimate, for graph files.
+/// A range as used in the estimate, for graph files.
 struct UsedRange {
   Time t;
   KeyframeId a, b;       ///< the nearest keyframes
@@ -62,11 +62,11 @@ struct UsedRange {
   double sigma_m = 0.0;
 };
 
-/// A start pose measured by hand that all else denies: it was left out.
-struct DeniedStart {
+/// A start pose measured by hand that contradicts all other measurements: it was left out.
+struct RejectedStart {
   VehicleId relative_to, vehicle;
-  double off_m = 0.0, off_rad = 0.0;  ///< from where the vehicle is found to have started
-  /// Nobody knows where it started: comparisons of scans, so many, do not fit where it says.
+  double off_m = 0.0, off_rad = 0.0;  ///< from the estimated start pose
+  /// Number of scan comparisons that contradict it, if its true start pose is unknown.
   int contradicted_by = 0;
 };
 
@@ -78,7 +78,7 @@ struct FleetEstimate {
   std::vector<LoopVerdict> loops;  ///< by time of the later keyframe
   std::vector<PairBias> biases;
   std::vector<UsedRange> ranges;
-  std::vector<DeniedStart> denied_starts;
+  std::vector<RejectedStart> rejected_starts;
 };
 
 }  // namespace rali::fleet

@@ -17,10 +17,10 @@ struct FleetSettings {
   CutSettings cut;
   LoopSettings loops;
   SolveWhat solve = SolveWhat::kAll;
-  BoundarySettings boundary;
+  SeparatorSettings separator;
   JointSettings joint;
   places::PlacesSettings places;
-  ranging::RangingSettings ranging;  ///< as the vehicles have it
+  ranging::RangingSettings ranging;  ///< as the vehicles use it
 
   template <class V>
   void visit(V& v) {
@@ -29,7 +29,7 @@ struct FleetSettings {
     v.group("cut", cut, "submaps that are compared");
     v.group("loops", loops, "loop closures");
     v.choice("solve", solve, kSolveWhatNames, "what is solved anew with each estimate");
-    v.group("separator_prior", boundary, "separator priors of earlier rounds");
+    v.group("separator_prior", separator, "separator priors of earlier rounds");
     v.group("joint", joint, "the joint graph");
     v.group("places", places, "how places are recognised");
   }

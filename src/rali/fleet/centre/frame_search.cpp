@@ -15,8 +15,8 @@ FrameSolver solved(std::span<const VehiclePath> paths, const FrameSolver& eviden
                    const JointRanges& ranges, const InitSettings& settings, StopFlag stop) {
   FrameSolver solver = evidence;
   add_ranges(paths, ranges, solver);
-  // What is recorded is all there: the evaluations in a row that a frame wants differ in nothing.
-  // Whoever is joined begins those of all others anew.
+  // All data is recorded, so the consecutive evaluations that a commit requires are identical. Each
+  // join restarts the count of all other links.
   Time t;
   for (const VehiclePath& path : paths) t = std::max(t, path.nodes().back().t);
   const int rounds = settings.commit.evaluations * static_cast<int>(paths.size());
@@ -29,7 +29,7 @@ FrameSolver solved(std::span<const VehiclePath> paths, const FrameSolver& eviden
 
 namespace {
 
-/// Looks for the frames of all paths: by ranges, start poses and what scans say.
+/// Determines the frames of all paths: by ranges, start poses and scan comparisons.
 class FrameSearch {
  public:
   FrameSearch(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
@@ -52,7 +52,7 @@ class FrameSearch {
   FoundFrames run(JointRanges ranges, const std::vector<StartPrior>& starts);
 
  private:
-  /// What comparisons say of the start pose that they were guessed from.
+  /// Results of comparisons whose guess came from a start pose.
   struct Fit {
     int found = 0, contradicted = 0;
   };
@@ -63,7 +63,7 @@ class FrameSearch {
   [[nodiscard]] std::optional<StartPrior> start_of(std::size_t a, std::size_t b) const;
   Fit look_near(const StartPrior& start);
   Fit look(std::vector<LoopCandidate> candidates);
-  [[nodiscard]] bool doubt(const FleetFrames& frames, JointRanges& ranges) const;
+  [[nodiscard]] bool mark_blocked(const FleetFrames& frames, JointRanges& ranges) const;
 
   std::span<const VehiclePath> paths_;
   std::span<const PathSubmap> submaps_;
@@ -75,12 +75,12 @@ class FrameSearch {
   FrameSolver evidence_;  ///< all but the ranges
   std::vector<LoopFound> seen_;
   std::vector<ContradictedStart> contradicted_;
-  std::vector<GivenStart> holding_;  ///< start poses that nothing contradicts
+  std::vector<GivenStart> holding_;  ///< start poses that are not contradicted
   int groups_ = 0;
 };
 
 FrameSearch::Fit FrameSearch::look(std::vector<LoopCandidate> candidates) {
-  constexpr double kConflict = 0.1;  // of right placements nine in ten have less than 0.035
+  constexpr double kConflict = 0.1;  // nine in ten correct placements have less than 0.035
   Fit fit;
   for (LoopFound& found : compared_.compare(submaps_, std::move(candidates),
                                             settings_.places.recognise, executor_, stop_)) {
@@ -92,19 +92,19 @@ FrameSearch::Fit FrameSearch::look(std::vector<LoopCandidate> candidates) {
   return fit;
 }
 
-/// Compares what both should see by a start pose.
+/// Compares pieces that should overlap by a start pose.
 FrameSearch::Fit FrameSearch::look_near(const StartPrior& start) {
   std::vector<LoopCandidate> near =
       near_candidates(submaps_,
                       guess_from_start(paths_, submaps_, start.relative_to, start.path,
                                        start.T_relative_path, start.sigma_m, start.sigma_rad),
                       settings_.places.near, settings_.loops);
-  near.resize(std::min(near.size(), static_cast<std::size_t>(settings_.loops.blind_tries)));
+  near.resize(std::min(near.size(), static_cast<std::size_t>(settings_.loops.degenerate_tries)));
   return look(std::move(near));
 }
 
-/// The start pose is evidence, unless the scans contradict it: it says where both vehicles see the
-/// same, and nowhere they do. One that is merely not confirmed holds: it needs no second opinion.
+/// The start pose is evidence unless the scans contradict it: it predicts overlaps, and none of
+/// them is found. One that is merely unconfirmed is accepted without further evidence.
 void FrameSearch::look_by_start(const StartPrior& start) {
   const Fit fit = look_near(start);
   const int limit = settings_.init.prior.contradicted_by;
@@ -128,15 +128,15 @@ bool FrameSearch::holds_between(std::size_t a, std::size_t b) const {
   });
 }
 
-/// Where path b starts as seen from a, by a chain of start poses that hold.
+/// Start of path b relative to that of a, by a chain of accepted start poses.
 std::optional<StartPrior> FrameSearch::start_of(std::size_t a, std::size_t b) const {
   const auto chain = start_between(holding_, paths_[a].vehicle(), paths_[b].vehicle());
   if (!chain) return std::nullopt;
   return StartPrior{a, b, chain->T_relative_vehicle, chain->sigma_m, chain->sigma_rad};
 }
 
-/// Start poses first, then the pairs that have none of their own: where a chain of start poses
-/// relates them the places that both should see, and any that look alike where these say nothing.
+/// Start poses first, then the pairs without one of their own. If a chain of start poses relates
+/// them, pieces that should overlap are compared; else any that look alike.
 void FrameSearch::gather(const std::vector<StartPrior>& starts, int tries) {
   for (const StartPrior& start : starts) {
     if (!holds_between(start.relative_to, start.path)) look_by_start(start);
@@ -151,17 +151,17 @@ void FrameSearch::gather(const std::vector<StartPrior>& starts, int tries) {
   }
 }
 
-/// Ranges through walls contradict everything, with a frame that scans have found several times,
-/// too. If that frame is the right one, its map has the walls.
-/// @return whether there are any
-bool FrameSearch::doubt(const FleetFrames& frames, JointRanges& ranges) const {
+/// Ranges through walls contradict every frame, even one that several scan matches support. If that
+/// frame is right, its map contains the walls.
+/// @return whether there are such ranges
+bool FrameSearch::mark_blocked(const FleetFrames& frames, JointRanges& ranges) const {
   for (const OpenLink& link : frames.links) {
     const bool scans_agree = link.views >= settings_.init.commit.views_min;
     if (link.decision.advice != Advice::kMisfit || !scans_agree) continue;
     const auto blocked = [](const JointRange& r) { return r.blocked; };
     const auto before = std::count_if(ranges.ranges.begin(), ranges.ranges.end(), blocked);
-    doubt_through_walls(submaps_, frames_of(paths_, joined(frames, link)), settings_.ranging,
-                        ranges);
+    suspect_through_walls(submaps_, frames_of(paths_, joined(frames, link)), settings_.ranging,
+                          ranges);
     if (std::count_if(ranges.ranges.begin(), ranges.ranges.end(), blocked) > before) return true;
   }
   return false;
@@ -169,15 +169,15 @@ bool FrameSearch::doubt(const FleetFrames& frames, JointRanges& ranges) const {
 
 FoundFrames FrameSearch::run(JointRanges ranges, const std::vector<StartPrior>& starts) {
   const LoopSettings& loops = settings_.loops;
-  gather(starts, ranges.ranges.empty() ? loops.scans_only_tries : loops.blind_tries);
+  gather(starts, ranges.ranges.empty() ? loops.scans_only_tries : loops.degenerate_tries);
   FrameSolver solver = solved(paths_, evidence_, ranges, settings_.init, stop_);
   const std::size_t compared = compared_.made() - made_before_;
   if (!settings_.joint.sight) {
     return {std::move(evidence_), std::move(solver), std::move(seen_), compared,
             std::move(contradicted_)};
   }
-  // Each time somebody is joined, or it ends.
-  for (FleetFrames frames = solver.frames(); !stop_.raised() && doubt(frames, ranges);) {
+  // Repeats after each join, while further ranges are found to be blocked.
+  for (FleetFrames frames = solver.frames(); !stop_.raised() && mark_blocked(frames, ranges);) {
     FrameSolver again = solved(paths_, evidence_, ranges, settings_.init, stop_);
     const std::size_t groups = frames.groups.size();
     frames = again.frames();

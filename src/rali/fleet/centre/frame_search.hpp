@@ -19,20 +19,20 @@ struct ContradictedStart {
   int comparisons = 0;
 };
 
-/// Frames of all paths, and what was compared on the way to them.
+/// Frames of all paths, and the comparisons made for them.
 struct FoundFrames {
-  FrameSolver evidence;  ///< all but the ranges; nothing is solved
+  FrameSolver evidence;  ///< all but the ranges; not solved
   FrameSolver solver;
-  std::vector<LoopFound> seen;  ///< recognised without rival; not all need be right
+  std::vector<LoopFound> seen;  ///< matches without rival; some may be wrong
   std::size_t compared = 0;     ///< pairs of pieces
   std::vector<ContradictedStart> contradicted;
 };
 
-/// Looks for the frames of all paths (algorithms_fleet 7): by ranges, by start poses, and by what
-/// scans say where pieces of two paths look alike or a start pose tells where to look.
+/// Determines the frames of all paths (algorithms_fleet 7): by ranges, by start poses, and by scan
+/// comparisons where pieces of two paths are similar or a start pose predicts an overlap.
 /// @param paths at least one, each with a node
 /// @param compared in earlier solutions; null: none
-/// @param stop where it is raised, these are frames by part of the evidence
+/// @param stop if it is raised, the frames use only part of the evidence
 [[nodiscard]] FoundFrames find_frames(std::span<const VehiclePath> paths,
                                       std::span<const PathSubmap> submaps,
                                       const JointRanges& ranges,
@@ -40,7 +40,7 @@ struct FoundFrames {
                                       const FleetSettings& settings, Executor& executor,
                                       ComparedPieces* compared = nullptr, StopFlag stop = {});
 
-/// Solves for the frames by all evidence and ranges, as often as it takes to join whoever can be.
+/// Solves for the frames by all evidence and ranges, as often as needed to join all that can be.
 [[nodiscard]] FrameSolver solved(std::span<const VehiclePath> paths, const FrameSolver& evidence,
                                  const JointRanges& ranges, const InitSettings& settings,
                                  StopFlag stop = {});

@@ -17,7 +17,7 @@ using geometry::SE3;
 using geometry::Vec3;
 namespace world = places::test;
 
-/// 60 m along x with things of all sizes on both sides of a free lane.
+/// 60 m along x with objects of all sizes on both sides of a free lane.
 world::World lane(std::uint64_t seed) {
   world::World w;
   world::add_shell(w, {0.0, -6.0, 0.0}, {60.0, 6.0, 4.0});
@@ -31,7 +31,7 @@ world::World lane(std::uint64_t seed) {
   return w;
 }
 
-/// A vehicle that drives along x through a world and tells of it in an odom frame of its own.
+/// The path of a vehicle along x through a world, in an odom frame of its own.
 VehiclePath driven(const world::World& w, std::uint16_t vehicle, double from_x_m, double to_x_m,
                    const SE3& T_odom_world) {
   VehiclePath path(VehicleId{vehicle});
@@ -39,19 +39,19 @@ VehiclePath driven(const world::World& w, std::uint16_t vehicle, double from_x_m
   const double sign = to_x_m > from_x_m ? 1.0 : -1.0;
   const world::Sensor sensor;
   for (std::uint32_t k = 0; k <= static_cast<std::uint32_t>(std::abs(to_x_m - from_x_m)); ++k) {
-    const world::Sweep sweep =
+    const world::Scan scan =
         world::look(w, world::at(from_x_m + sign * k, 0.0, sign > 0.0 ? 0.0 : 180.0), rng, sensor);
     KeyframePoints points;
     points.keyframe = k;
     points.T_body_lidar.p.z() = sensor.height_m;
-    points.x_m = sweep.x_m;
-    points.y_m = sweep.y_m;
-    points.z_m = sweep.z_m;
+    points.x_m = scan.x_m;
+    points.y_m = scan.y_m;
+    points.z_m = scan.z_m;
     Increment step;
     step.node = k;
     step.keyframe = k;
     step.begins = k == 0;
-    step.T_odom_body = T_odom_world * sweep.T_world_body;
+    step.T_odom_body = T_odom_world * scan.T_world_body;
     // 1 cm and 0.03 deg for each 10 m.
     step.covariance.diagonal().setConstant(k * 1e-5);
     step.covariance.diagonal().head<3>().setConstant(k * 2.5e-8);
@@ -69,7 +69,7 @@ PathFrames found(const std::vector<VehiclePath>& paths, const JointRanges& range
                    find_frames(paths, submaps, ranges, starts, settings, executor).solver.frames());
 }
 
-/// Where the second path begins as the first one does: 52 m ahead, turned around.
+/// Start of the second path relative to that of the first: 52 m ahead, rotated by half a turn.
 StartPrior start_of_second() {
   StartPrior start;
   start.path = 1;
@@ -79,8 +79,8 @@ StartPrior start_of_second() {
   return start;
 }
 
-/// Between antennas 2.8 m up, at all times that both paths know. They come late now by 0.1 m, now
-/// by 0.7 m.
+/// Between antennas 2.8 m up, at all times covered by both paths. They are too long, alternately by
+/// 0.1 m and 0.7 m.
 JointRanges late_ranges(const std::vector<VehiclePath>& paths, const SE3& T_odom1_world,
                         const SE3& T_odom2_world) {
   JointRanges joint;
@@ -114,7 +114,7 @@ StartPrior start_ahead(std::size_t relative_to, std::size_t path, double x_m) {
   return start;
 }
 
-// Without ranges, start poses or clocks in common: two recordings of other days.
+// Without ranges, start poses or a common clock: two recordings of different days.
 TEST(FrameSearch, joins_two_paths_by_the_places_that_both_saw) {
   const world::World w = lane(7);
   const SE3 T_odom2_world(geometry::rotation_from_rpy(0.0, 0.0, 0.7), Vec3(5.0, -3.0, 0.1));
@@ -123,14 +123,14 @@ TEST(FrameSearch, joins_two_paths_by_the_places_that_both_saw) {
   const PathFrames frames = found(paths);
   ASSERT_EQ(frames.groups.size(), 1U);
   EXPECT_EQ(frames.decided_by[1], "scans");
-  // Where the second path begins, seen from where the first does: 52 m ahead, turned around.
+  // Start of the second path relative to that of the first: 52 m ahead, rotated by half a turn.
   const SE3 T = frames.T_map_odom[1] * paths[1].nodes().front().step.T_odom_body;
   EXPECT_NEAR((T.p - Vec3(52.0, 0.0, 0.0)).norm(), 0.0, 0.1);
   EXPECT_NEAR(std::abs(places::yaw_of(T.R)), std::acos(-1.0), 0.005);
 }
 
-// The third knows the second alone: what is being confirmed begins anew when the second joins the
-// first, and all that there is has been told.
+// The third is connected only to the second. Its count of evaluations restarts when the second
+// joins the first, and no new data follows.
 TEST(FrameSearch, joins_a_third_through_a_second_that_joins_late) {
   const world::World w = lane(7);
   const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 20.0, world::at(-4.0, 0.0, 0.0)),
@@ -138,14 +138,14 @@ TEST(FrameSearch, joins_a_third_through_a_second_that_joins_late) {
                                           driven(w, 2, 28.0, 44.0, world::at(-28.0, 0.0, 0.0))};
   const std::vector<StartPrior> starts = {start_ahead(0, 1, 10.0), start_ahead(1, 2, 14.0)};
   FleetSettings settings;
-  settings.loops.blind_tries = 3;
+  settings.loops.degenerate_tries = 3;
   const PathFrames frames = found(paths, {}, starts, settings);
   ASSERT_EQ(frames.groups.size(), 1U);
   EXPECT_NEAR(frames.T_map_odom[2].p.x(), 24.0, 0.1);
 }
 
-// Start poses of two relative to the first say where these two see the same, too: no need to look
-// for what is alike anywhere.
+// Start poses of two vehicles relative to the first also predict their common places: no search for
+// similar places is needed.
 TEST(FrameSearch, compares_two_that_start_from_a_third_where_their_start_poses_tell) {
   const world::World w = lane(7);
   const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 30.0, world::at(-4.0, 0.0, 0.0)),
@@ -163,7 +163,7 @@ TEST(FrameSearch, compares_two_that_start_from_a_third_where_their_start_poses_t
   for (const LoopFound& f : frames.seen) EXPECT_TRUE(f.candidate.guess.has_value());
 }
 
-// Over the opening that both have driven through is wall: their radios hear each other through it.
+// There is a wall above the opening that both have driven through: their radios range through it.
 TEST(FrameSearch, ranges_through_walls_do_not_keep_apart_what_scans_have_joined) {
   world::World w = lane(7);
   w.push_back({{29.9, -6.0, 0.0}, {30.1, -1.2, 4.0}});
@@ -175,7 +175,7 @@ TEST(FrameSearch, ranges_through_walls_do_not_keep_apart_what_scans_have_joined)
                                           driven(w, 1, 56.0, 12.0, T_odom2_world)};
   const JointRanges ranges = late_ranges(paths, T_odom1_world, T_odom2_world);
   FleetSettings settings;
-  settings.loops.blind_tries = 16;  // the first of them lie close together
+  settings.loops.degenerate_tries = 16;  // the first of them are close together
   FleetSettings without_walls = settings;
   without_walls.joint.sight = false;
   EXPECT_EQ(found(paths, ranges, {}, without_walls).groups.size(), 2U) << "else this tests nothing";
@@ -186,7 +186,7 @@ TEST(FrameSearch, ranges_through_walls_do_not_keep_apart_what_scans_have_joined)
   EXPECT_NEAR((T.p - Vec3(52.0, 0.0, 0.0)).norm(), 0.0, 0.2);
 }
 
-// Ranges that contradict in free air are no walls: who is right is not known.
+// Ranges that contradict in free air are no walls: it is undecided which source is right.
 TEST(FrameSearch, ranges_that_contradict_scans_in_free_air_keep_them_apart) {
   const world::World w = lane(7);
   const SE3 T_odom1_world = world::at(-4.0, 0.0, 0.0);
@@ -195,11 +195,11 @@ TEST(FrameSearch, ranges_that_contradict_scans_in_free_air_keep_them_apart) {
                                           driven(w, 1, 56.0, 12.0, T_odom2_world)};
   const JointRanges ranges = late_ranges(paths, T_odom1_world, T_odom2_world);
   FleetSettings settings;
-  settings.loops.blind_tries = 16;
+  settings.loops.degenerate_tries = 16;
   EXPECT_EQ(found(paths, ranges, {}, settings).groups.size(), 2U);
 }
 
-// A start pose that was measured ties two vehicles at once; ranges that contradict it and the scans
+// A measured start pose connects two vehicles at once; ranges that contradict it and the scans
 // alike are wrong themselves.
 TEST(FrameSearch, ranges_that_contradict_a_start_pose_and_scans_do_not_undo_it) {
   const world::World w = lane(7);
@@ -221,8 +221,8 @@ FoundFrames searched(const std::vector<VehiclePath>& paths, const std::vector<St
   return find_frames(paths, submaps, {}, starts, settings, executor);
 }
 
-// Measured from the wrong side of the vehicle: no scan fits, and each looks through the other's
-// walls.
+// Measured from the wrong side of the vehicle: no scan fits, and the rays of each pass through
+// walls of the other.
 TEST(FrameSearch, a_start_pose_that_all_scans_contradict_is_left_out_and_places_join_the_paths) {
   const world::World w = lane(7);
   const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 40.0, world::at(-4.0, 0.0, 0.0)),
@@ -244,7 +244,8 @@ TEST(FrameSearch, a_right_start_pose_is_contradicted_nowhere) {
   const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 40.0, world::at(-4.0, 0.0, 0.0)),
                                           driven(w, 1, 56.0, 12.0, world::at(5.0, -3.0, 40.0))};
   EXPECT_TRUE(searched(paths, {start_of_second()}).contradicted.empty());
-  // Two parts of a corridor that never saw the same: nothing confirms it, and nothing contradicts.
+  // Two parts of a corridor without overlap: nothing confirms the start pose, nothing contradicts
+  // it.
   const world::World c = world::corridor({});
   const std::vector<VehiclePath> apart = {driven(c, 0, -45.0, -15.0, SE3{}),
                                           driven(c, 1, 5.0, 35.0, world::at(7.0, 1.0, 20.0))};
@@ -256,7 +257,7 @@ TEST(FrameSearch, a_right_start_pose_is_contradicted_nowhere) {
   EXPECT_EQ(frames_of(apart, out.solver.frames()).groups.size(), 1U);
 }
 
-// Every door is like the next one: what looks the same is 50 m away.
+// Every door looks like the next one: the similar place is 50 m away.
 TEST(FrameSearch, does_not_join_two_parts_of_a_corridor_that_only_look_alike) {
   const world::World w = world::corridor({});
   const std::vector<VehiclePath> paths = {driven(w, 0, -45.0, -15.0, SE3{}),
@@ -264,7 +265,7 @@ TEST(FrameSearch, does_not_join_two_parts_of_a_corridor_that_only_look_alike) {
   EXPECT_EQ(found(paths).groups.size(), 2U);
 }
 
-/// Two vehicles that meet in a lane, and what comparing their pieces has brought so far.
+/// Two vehicles that meet in a lane, and the results of comparing their pieces so far.
 struct Meeting {
   world::World w = lane(7);
   std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 40.0, world::at(-4.0, 0.0, 0.0)),
@@ -291,7 +292,7 @@ TEST(ComparedPieces, are_compared_once_in_however_many_solutions) {
   ASSERT_EQ(first.groups.size(), 1U);
   ASSERT_EQ(again.groups.size(), 1U);
   EXPECT_LT(geometry::boxminus(first.T_map_odom[1], again.T_map_odom[1]).norm(), 1e-9);
-  // It drives on: the last pieces are new, and what they look like.
+  // It drives on: the last pieces are new and look different.
   meeting.paths[1] = driven(meeting.w, 1, 56.0, 6.0, world::at(5.0, -3.0, 40.0));
   EXPECT_EQ(meeting.solve().groups.size(), 1U);
   EXPECT_GT(meeting.compared.made(), made);

@@ -30,7 +30,7 @@ Mat6 relative_covariance(const SE3& T_i, const SE3& T_j,
   return J * joint * J.transpose();
 }
 
-/// From the bodies to the submaps' frames: the origins are the same.
+/// Converts from the bodies to the submaps' frames: the origins are the same.
 places::Guess guess_of(const PathSubmap& target, const PathSubmap& source, const SE3& T_map_target,
                        const SE3& T_map_source, const Mat6& P) {
   Mat6 turn = Mat6::Zero();
@@ -45,14 +45,14 @@ places::Guess guess_of(const PathSubmap& target, const PathSubmap& source, const
 
 namespace {
 
-/// What a comparison that brought no loop is called in loops.csv.
+/// Reason in loops.csv for a comparison that gave no loop.
 std::string refusal_of(const places::Recognition& r) {
   if (r.found()) return "ambiguous";
   if (r.refusal == places::Refusal::kNone) return "no_match";
   return fmt::format("no_match:{}", places::kRefusalNames[static_cast<std::size_t>(r.refusal)]);
 }
 
-/// One group on its way to an estimate.
+/// Estimate of one group in progress.
 class Group {
  public:
   Group(const GroupInput& input, std::size_t group)
@@ -70,9 +70,9 @@ class Group {
   }
 
   void close_loops(Executor& executor);
-  void tell(std::size_t group, FleetEstimate& out);
+  void report(std::size_t group, FleetEstimate& out);
 
-  [[nodiscard]] RoundBoundary boundary(Time until) { return joint_.boundary(until); }
+  [[nodiscard]] SeparatorPrior separator(Time until) { return joint_.separator(until); }
 
  private:
   static JointGraph graph_of(const GroupInput& input, std::size_t group);
@@ -90,8 +90,8 @@ class Group {
   void note(const LoopFound& found);
   void judge(const std::vector<LoopMemory::Pair>& pairs, Executor& executor);
   [[nodiscard]] Time time_of(KeyframeId keyframe) const;
-  void tell_paths(std::size_t group, FleetEstimate& out);
-  void tell_loops(FleetEstimate& out);
+  void report_paths(std::size_t group, FleetEstimate& out);
+  void report_loops(FleetEstimate& out);
 
   const GroupInput& in_;
   const std::vector<std::size_t>& members_;
@@ -99,7 +99,7 @@ class Group {
   LoopMemory own_memory_;
   LoopMemory& memory_;
   std::vector<LoopVerdict> loops_;
-  std::vector<DeniedStart> denied_;
+  std::vector<RejectedStart> rejected_;
   std::size_t closed_ = 0;
 };
 
@@ -114,10 +114,10 @@ JointGraph Group::graph_of(const GroupInput& input, std::size_t group) {
                   [&](const AntennaPair& p) { return in_group(p.a.path) && in_group(p.b.path); });
   return {input.paths,          T_map_odom,
           input.settings.joint, input.settings.ranging,
-          input.before,         ranged ? BlindSteps::kInertial : BlindSteps::kFilter};
+          input.before,         ranged ? DegenerateSteps::kInertial : DegenerateSteps::kFilter};
 }
 
-/// A start pose that was held to be wrong when the frames were found must not bend the paths now.
+/// A start pose rejected in the frame search must not bend the paths now.
 void Group::add_start(const StartPrior& start) {
   const auto T_map_level = [this](std::size_t path) {
     const VehiclePath& p = in_.paths[path];
@@ -125,16 +125,16 @@ void Group::add_start(const StartPrior& start) {
            level_start(p.nodes().front().step.T_odom_body, p.up_odom());
   };
   const SE3 found = T_map_level(start.relative_to).inverse() * T_map_level(start.path);
-  DeniedStart off{in_.paths[start.relative_to].vehicle(), in_.paths[start.path].vehicle()};
+  RejectedStart off{in_.paths[start.relative_to].vehicle(), in_.paths[start.path].vehicle()};
   off.off_m = (found.p - start.T_relative_path.p).norm();
   off.off_rad = geometry::so3_log(start.T_relative_path.R.transpose() * found.R).norm();
   const double chi2 =
       std::pow(off.off_m / start.sigma_m, 2) + std::pow(off.off_rad / start.sigma_rad, 2);
   if (chi2 < in_.settings.init.prior.wrong_chi2) return joint_.add(start);
-  denied_.push_back(off);
+  rejected_.push_back(off);
 }
 
-/// As the graph has it; on top of it comes what the vehicles' own maps may be off by.
+/// From the graph's covariance, plus the error of the vehicles' own maps.
 std::optional<places::Guess> Group::guess(std::size_t target, std::size_t source) {
   if (in_.stop.raised()) return std::nullopt;
   const PathSubmap& t = in_.submaps[target];
@@ -142,12 +142,14 @@ std::optional<places::Guess> Group::guess(std::size_t target, std::size_t source
   if (!has(t.path) || !has(s.path)) return std::nullopt;
   const SE3 T_t = joint_.T_map_body(t.path, t.node);
   const SE3 T_s = joint_.T_map_body(s.path, s.node);
-  // Far beyond all doubt about the poses: no need to ask how large it is.
-  constexpr double kDoubtMost_m = 30.0;
-  if ((T_t.p - T_s.p).norm() > in_.settings.places.near.view_m + kDoubtMost_m) return std::nullopt;
+  // Far beyond any pose uncertainty: the covariance need not be computed.
+  constexpr double kUncertaintyMax_m = 30.0;
+  if ((T_t.p - T_s.p).norm() > in_.settings.places.near.view_m + kUncertaintyMax_m)
+    return std::nullopt;
   Mat6 P = relative_covariance(
       T_t, T_s, joint_.graph().covariance(joint_.seq(t.path, t.node), joint_.seq(s.path, s.node)));
-  // Since the boundary: a doubt that grows with the mission would let everything be compared.
+  // Only the growth since the separator: an uncertainty that grows with the mission would make
+  // every pair a candidate.
   const auto own = [this](std::size_t path, std::size_t from, std::size_t to) -> geometry::Vec6 {
     const auto& nodes = in_.paths[path].nodes();
     return (nodes[to].step.covariance - nodes[from].step.covariance).diagonal().cwiseAbs();
@@ -161,7 +163,7 @@ std::optional<places::Guess> Group::guess(std::size_t target, std::size_t source
   return guess_of(t, s, T_t, T_s, P);
 }
 
-/// A comparison of pieces of this group becomes a loop that nobody has judged yet.
+/// Stores a comparison of pieces of this group as a loop that is not tested yet.
 void Group::remember(const Loop& loop) {
   if (!joint_.seq(loop.from) || !joint_.seq(loop.to)) return;
   if (memory_.compared.emplace(loop.from, loop.to).second) {
@@ -170,9 +172,9 @@ void Group::remember(const Loop& loop) {
   if (memory_.loops.contains({loop.from, loop.to})) memory_.of_frames.emplace(loop.from, loop.to);
 }
 
-/// The search for the frames has weighed them against start poses, ranges and one another. Judged
-/// one by one against a graph of start poses and ranges alone, which may be off by more than it
-/// states, all of them would be refused, and the paths would lie elsewhere than the frames.
+/// The frame search has weighed these loops against start poses, ranges and one another. A graph of
+/// start poses and ranges alone may be off by more than its sigmas. Tested one by one against it,
+/// all loops would be rejected, and the paths would disagree with the frames.
 void Group::add_loops_of_frames() {
   for (const Loop& loop : in_.seen) remember(loop);
   for (const LoopMemory::Pair& pair : memory_.of_frames) {
@@ -243,7 +245,7 @@ bool Group::look_once(Executor& executor) {
   return true;
 }
 
-/// A comparison that brought nothing is told, too.
+/// Comparisons without a match are reported, too.
 void Group::note(const LoopFound& found) {
   if (found.recognition.usable()) return;
   const PathSubmap& target = in_.submaps[found.candidate.target];
@@ -257,8 +259,8 @@ void Group::note(const LoopFound& found) {
   loops_.push_back(verdict);
 }
 
-/// Each on its own against paths and ranges, before any may speak for another (the veto of 8.4).
-/// Those of other groups, or of nodes before the boundary, are passed over.
+/// Tests each loop on its own against paths and ranges, before one can support another (the veto of
+/// 8.4). Loops of other groups, or of nodes before the separator, are skipped.
 void Group::judge(const std::vector<LoopMemory::Pair>& pairs, Executor& executor) {
   std::vector<graph::RelativePoseFactor> asked;
   std::vector<const Loop*> loops;
@@ -293,14 +295,14 @@ Time Group::time_of(KeyframeId keyframe) const {
   return {};
 }
 
-void Group::tell(std::size_t group, FleetEstimate& out) {
-  tell_loops(out);
-  tell_paths(group, out);
-  out.denied_starts.insert(out.denied_starts.end(), denied_.begin(), denied_.end());
+void Group::report(std::size_t group, FleetEstimate& out) {
+  report_loops(out);
+  report_paths(group, out);
+  out.rejected_starts.insert(out.rejected_starts.end(), rejected_.begin(), rejected_.end());
 }
 
-/// The solver has the last word on a loop: it may have switched it off.
-void Group::tell_loops(FleetEstimate& out) {
+/// The solver makes the final decision on a loop: it may have switched it off.
+void Group::report_loops(FleetEstimate& out) {
   for (const graph::LoopState& state : joint_.graph().loops()) {
     LoopVerdict& verdict = loops_[state.id];
     if (state.weight >= 0.5) {
@@ -317,7 +319,7 @@ void Group::tell_loops(FleetEstimate& out) {
                    });
 }
 
-void Group::tell_paths(std::size_t group, FleetEstimate& out) {
+void Group::report_paths(std::size_t group, FleetEstimate& out) {
   std::vector<VehicleId> ids;
   const bool changed = members_.size() > 1 || closed_ > 0 || in_.before != nullptr;
   for (const std::size_t path : members_) {
@@ -348,16 +350,16 @@ void Group::tell_paths(std::size_t group, FleetEstimate& out) {
 
 }  // namespace
 
-std::vector<RoundBoundary> estimate_group(const GroupInput& input, std::size_t group,
-                                          Executor& executor, FleetEstimate& out,
-                                          std::span<const Time> ends) {
+std::vector<SeparatorPrior> estimate_group(const GroupInput& input, std::size_t group,
+                                           Executor& executor, FleetEstimate& out,
+                                           std::span<const Time> ends) {
   out.frames.resize(input.paths.size());
   Group work(input, group);
   work.close_loops(executor);
   if (input.stop.raised()) return {};
-  work.tell(group, out);
-  std::vector<RoundBoundary> boundaries;
-  for (const Time end : ends) boundaries.push_back(work.boundary(end));
+  work.report(group, out);
+  std::vector<SeparatorPrior> boundaries;
+  for (const Time end : ends) boundaries.push_back(work.separator(end));
   return boundaries;
 }
 

@@ -14,7 +14,7 @@
 
 namespace rali::fleet {
 
-/// All that is known of a fleet when its groups are solved.
+/// All known data of a fleet when its groups are solved.
 struct GroupInput {
   std::span<const VehiclePath> paths;
   std::span<const PathSubmap> submaps;
@@ -23,26 +23,26 @@ struct GroupInput {
   const std::vector<StartPrior>& starts;
   std::vector<std::optional<double>> bias_m;  ///< per pair of antennas, where measured
   const FleetSettings& settings;
-  /// Comparisons that agree with the frames that they were found with; of this solution.
+  /// Comparisons that agree with the frames; of this solution.
   std::span<const Loop> seen = {};
-  const RoundBoundary* before = nullptr;  ///< of this group: nodes before it are not solved for
-  LoopMemory* memory = nullptr;           ///< of earlier solutions, which this one adds to
-  StopFlag stop = {};                     ///< where it is raised, nothing that comes out is of use
+  const SeparatorPrior* before = nullptr;  ///< of this group: nodes before it are not solved for
+  LoopMemory* memory = nullptr;            ///< of earlier solutions; this one adds to it
+  StopFlag stop = {};                      ///< if it is raised, the result is invalid
 };
 
-/// Solves for the paths of one group, looks for places that its vehicles saw twice, solves again,
-/// and adds what came out. A vehicle alone is left as it is unless a loop was closed.
-/// @return for each of `ends`, what all facts say about the nodes from then on
-std::vector<RoundBoundary> estimate_group(const GroupInput& input, std::size_t group,
-                                          Executor& executor, FleetEstimate& out,
-                                          std::span<const Time> ends = {});
+/// Solves for the paths of one group, searches places that its vehicles saw twice, solves again,
+/// and adds the result. A single vehicle is left unchanged unless a loop was closed.
+/// @return for each of `ends`, the separator prior of all facts on the nodes from then on
+std::vector<SeparatorPrior> estimate_group(const GroupInput& input, std::size_t group,
+                                           Executor& executor, FleetEstimate& out,
+                                           std::span<const Time> ends = {});
 
 /// Of (R_i^T R_j, R_i^T (p_j - p_i)): rotation in j, translation in i, from the joint covariance of
 /// both poses (algorithms_fleet 8.1).
 [[nodiscard]] geometry::Mat6 relative_covariance(const geometry::SE3& T_i, const geometry::SE3& T_j,
                                                  const Eigen::Matrix<double, 12, 12>& joint);
 
-/// How a submap should lie in another, by the poses of their middles and the covariance of
+/// Predicted transform between two submaps, by the poses of their middles and the covariance of
 /// relative_covariance().
 [[nodiscard]] places::Guess guess_of(const PathSubmap& target, const PathSubmap& source,
                                      const geometry::SE3& T_map_target,

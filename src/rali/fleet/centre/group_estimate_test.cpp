@@ -10,8 +10,8 @@ namespace {
 
 using geometry::Vec3;
 
-/// The second vehicle was found 3 m to the left of the first one. Comparisons are of pieces around
-/// the keyframes 2 and 8 of both, and 5 of a third that is in no group with them.
+/// The frames place the second vehicle 3 m to the left of the first one. Comparisons are of pieces
+/// around keyframes 2 and 8 of both, and 5 of a third that is in no group with them.
 FleetEstimate estimate(const std::vector<StartPrior>& starts,
                        const std::vector<LoopFound>& seen = {}, LoopMemory* memory = nullptr) {
   const std::vector<VehiclePath> paths = {straight_path(1), straight_path(2), straight_path(3)};
@@ -27,7 +27,7 @@ FleetEstimate estimate(const std::vector<StartPrior>& starts,
   const JointRanges ranges;
   FleetSettings settings;
   settings.loops.passes = 1;
-  settings.places.near.view_m = 0.1;  // nothing is compared: what is seen is given
+  settings.places.near.view_m = 0.1;  // nothing is compared: the matches are given
   settings.places.near.gate = 0.0;
   SerialExecutor executor;
   FleetEstimate out;
@@ -50,32 +50,32 @@ StartPrior start(double x_m, double y_m) {
 
 TEST(GroupEstimate, a_start_pose_that_fits_is_used) {
   const FleetEstimate e = estimate({start(0.1, 3.1)});
-  EXPECT_TRUE(e.denied_starts.empty());
+  EXPECT_TRUE(e.rejected_starts.empty());
   EXPECT_NEAR(e.frames[1].T_map_odom.p.x(), 0.1, 1e-3);
   EXPECT_NEAR(e.frames[1].T_map_odom.p.y(), 3.1, 1e-3);
 }
 
-// Two of them 10 m apart once put the vehicle in the middle, and called it certain to 0.1 m.
+// With two start poses 10 m apart, the vehicle was placed in the middle, with a sigma of 0.1 m.
 TEST(GroupEstimate, a_start_pose_that_all_else_denies_does_not_bend_the_paths) {
   const FleetEstimate e = estimate({start(0.1, 3.1), start(10.0, 3.0)});
   EXPECT_NEAR(e.frames[1].T_map_odom.p.x(), 0.1, 1e-3);
   EXPECT_NEAR(e.frames[1].T_map_odom.p.y(), 3.1, 1e-3);
-  ASSERT_EQ(e.denied_starts.size(), 1U);
-  EXPECT_EQ(e.denied_starts[0].vehicle, VehicleId{2});
-  EXPECT_EQ(e.denied_starts[0].relative_to, VehicleId{1});
-  EXPECT_NEAR(e.denied_starts[0].off_m, 10.0, 1e-9);
+  ASSERT_EQ(e.rejected_starts.size(), 1U);
+  EXPECT_EQ(e.rejected_starts[0].vehicle, VehicleId{2});
+  EXPECT_EQ(e.rejected_starts[0].relative_to, VehicleId{1});
+  EXPECT_NEAR(e.rejected_starts[0].off_m, 10.0, 1e-9);
 }
 
 TEST(GroupEstimate, a_heading_that_is_wrong_denies_a_start_pose_too) {
   StartPrior turned = start(0.0, 3.0);
   turned.T_relative_path.R = geometry::rotation_from_rpy(0.0, 0.0, 1.0);
   const FleetEstimate e = estimate({start(0.0, 3.0), turned});
-  ASSERT_EQ(e.denied_starts.size(), 1U);
-  EXPECT_NEAR(e.denied_starts[0].off_rad, 1.0, 1e-9);
+  ASSERT_EQ(e.rejected_starts.size(), 1U);
+  EXPECT_NEAR(e.rejected_starts[0].off_rad, 1.0, 1e-9);
 }
 
-// Two recordings that nothing but places ties together: without what joined them the graph would
-// hold them by nothing, and would know nowhere to look for more.
+// Two recordings connected by places alone: without the loops that joined them the graph would have
+// no constraint between them, and no guess for further loops.
 TEST(GroupEstimate, what_joined_the_frames_is_a_loop) {
   const FleetEstimate e = estimate({}, {seen_at({0.0, 3.1, 0.0}, 0, 2, 0.01)});
   ASSERT_EQ(e.loops.size(), 1U);
@@ -91,7 +91,7 @@ TEST(GroupEstimate, what_was_seen_with_others_is_no_loop_of_this_group) {
   EXPECT_NEAR(e.frames[1].T_map_odom.p.y(), 3.0, 1e-6);
 }
 
-// What an earlier solution compared counts once.
+// The result of an earlier comparison counts once.
 TEST(GroupEstimate, what_is_remembered_already_is_not_taken_anew) {
   LoopMemory memory;
   static_cast<void>(estimate({}, {seen_at({0.0, 3.1, 0.0}, 0, 2, 0.01)}, &memory));

@@ -4,7 +4,7 @@
 
 namespace rali::fleet {
 
-/// A second of somebody who stands level: the accelerometer reads 9.81 m/s2 upward.
+/// A second of a level vehicle at standstill: the accelerometer reads 9.81 m/s2 upward.
 inline graph::InertialFactor second_at_rest(double variance) {
   using geometry::Mat3;
   graph::InertialFactor inertial;

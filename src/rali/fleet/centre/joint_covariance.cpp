@@ -12,10 +12,10 @@ using geometry::Vec6;
 
 namespace {
 
-/// Steps without any looseness: the first node. Far below what anybody can know [m^2, rad^2].
+/// Regularises a zero step covariance (first node). Far below any real uncertainty [m^2, rad^2].
 constexpr double kNothing = 1e-12;
 
-/// Error of a pose (boxplus) as a turn and shift of all about the origin; such add.
+/// Maps the error of a pose (boxplus) to a rotation and translation about the origin; these add up.
 Mat6 about_origin(const SE3& T) {
   Mat6 A = Mat6::Zero();
   A.block<3, 3>(0, 0) = T.R;
@@ -33,8 +33,8 @@ Mat6 of_step(const Increment& step, const JointSettings& settings) {
   loose.diagonal().head<3>().setConstant(rad * rad);
   loose.diagonal().tail<3>().setConstant(m * m);
   if (isotropic) return loose;
-  const Mat6 share = known_share(step.lidar_information, settings.shape);
-  return share * loose * share.transpose();
+  const Mat6 fraction = known_fraction(step.lidar_information, settings.shape);
+  return fraction * loose * fraction.transpose();
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ std::vector<Mat6> shape_covariances(const VehiclePath& path, const JointSettings
   bool rested = false;
   for (const VehiclePath::Node& node : path.nodes()) {
     const Mat6 A = about_origin(node.step.T_odom_body);
-    // Where the vehicle stood the graph holds it: no step.
+    // Nodes at standstill are fixed to each other in the graph: no step.
     if (!out.empty() && !rested) sum += A * of_step(node.step, settings) * A.transpose();
     rested = node.step.at_rest;
     const Mat6 B = A.partialPivLu().inverse();
@@ -60,8 +60,8 @@ Mat6 joint_covariance(const Mat6& of_graph, const Mat6& of_steps, const Mat6& of
   Mat6 out = of_map;
   for (int k = 0; k < 6; ++k) {
     const double ratio = ratios.eigenvalues()[k];
-    // Less sure than its steps: what is more is the frame's. Surer: ranges or loops have bent the
-    // path, by 1 - ratio of what they differ, and ratio / (1 - ratio) is their own variance.
+    // Variance above that of the steps: the excess is the frame's. Below: ranges or loops have bent
+    // the path by 1 - ratio of the difference, and ratio / (1 - ratio) is their own variance.
     const double more = ratio > 1.0 ? ratio - 1.0 : ratio * (1.0 - ratio);
     if (!(more > 0.0)) continue;
     const Vec6 direction = steps * ratios.eigenvectors().col(k);

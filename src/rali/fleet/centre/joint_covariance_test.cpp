@@ -33,7 +33,7 @@ TEST(JointCovariance, ranges_that_bend_the_path_put_their_own_noise_into_it) {
   const Mat6 P = joint_covariance(graph, steps, map);
   EXPECT_NEAR(P(3, 3), map(3, 3) + 0.025 * 0.025, 1e-9);
   EXPECT_NEAR(P(2, 2), map(2, 2), 1e-12);
-  // Hardly anything is left of the steps: all is the noise of what bends.
+  // The steps contribute almost nothing: all is the variance of the bending measurements.
   graph.diagonal().tail<3>() *= 0.01;
   EXPECT_NEAR(joint_covariance(graph, steps, map)(3, 3), map(3, 3) + graph(3, 3),
               0.01 * graph(3, 3));
@@ -48,7 +48,7 @@ TEST(JointCovariance, an_open_direction_is_the_graphs_alone) {
   EXPECT_LT((joint_covariance(graph, steps, map) - expected).norm(), 1e-6);
 }
 
-/// Five steps of 1 m along x; the LiDAR sees all, or nothing along x.
+/// Five steps of 1 m along x; the LiDAR observes all directions, or all except x.
 VehiclePath straight(bool sees_x) {
   VehiclePath path(VehicleId{0});
   for (std::uint32_t k = 0; k <= 5; ++k) {
@@ -75,11 +75,11 @@ TEST(JointCovariance, steps_add_up_with_their_lever_arms) {
   EXPECT_NEAR(P[1](3, 3), 1e-4, 1e-9);
   EXPECT_NEAR(P[5](3, 3), 5e-4, 1e-9);
   EXPECT_NEAR(P[5](2, 2), 5e-6, 1e-10);
-  // Aside: five shifts, and turns 4, 3, 2, 1 and 0 m before the end.
+  // Lateral: five shifts, and rotations 4, 3, 2, 1 and 0 m before the end.
   EXPECT_NEAR(P[5](4, 4), 5e-4 + 1e-6 * (16 + 9 + 4 + 1), 1e-8);
-  const auto blind = shape_covariances(straight(false), settings);
-  EXPECT_LT(blind[5](3, 3), 1e-12) << "the graph ties nothing there";
-  EXPECT_NEAR(blind[5](4, 4), P[5](4, 4), 1e-8);
+  const auto degenerate = shape_covariances(straight(false), settings);
+  EXPECT_LT(degenerate[5](3, 3), 1e-12) << "the graph ties nothing there";
+  EXPECT_NEAR(degenerate[5](4, 4), P[5](4, 4), 1e-8);
 }
 
 }  // namespace

@@ -21,15 +21,15 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 double inverse_square(double sigma) { return 1.0 / (sigma * sigma); }
 
-/// The state of a node, brought into the map.
+/// The state of a node, transformed into the map.
 graph::KeyframeState state_in_map(const Increment& step, const SE3& T_map_odom) {
   return {T_map_odom * step.T_odom_body, T_map_odom.R * step.v_odom_mps, step.gyro_bias_radps,
           step.accel_bias_mps2};
 }
 
 /// Whether the filter was corrected between two nodes, by ranges or by structure at the end of a
-/// degenerate stretch. Its step is no motion then: along a passage by metres, and in its turn and
-/// across it by the error of the bend.
+/// degenerate stretch. Its step is not the motion then: it differs by metres along a passage, and
+/// in rotation and across it by the error of the bend.
 bool is_corrected(const VehiclePath::Node& before, const VehiclePath::Node& node) {
   constexpr double kCorrected_m = 0.15;
   const auto v_body_mps = [](const Increment& step) {
@@ -45,14 +45,14 @@ bool is_corrected(const VehiclePath::Node& before, const VehiclePath::Node& node
 
 JointGraph::JointGraph(std::span<const VehiclePath> paths,
                        std::vector<std::optional<SE3>> T_map_odom, const JointSettings& settings,
-                       const ranging::RangingSettings& ranging, const RoundBoundary* before,
-                       BlindSteps blind_steps)
+                       const ranging::RangingSettings& ranging, const SeparatorPrior* before,
+                       DegenerateSteps degenerate_steps)
     : paths_(paths),
       T_map_odom_(std::move(T_map_odom)),
       settings_(settings),
       ranging_(ranging),
       before_(before),
-      blind_steps_(blind_steps),
+      degenerate_steps_(degenerate_steps),
       graph_(std::make_unique<graph::PoseGraph>(settings.graph)) {
   begin_ = begins_of(paths_, before_);
   std::size_t nodes = 0;
@@ -87,20 +87,20 @@ std::optional<Seq> JointGraph::seq(KeyframeId keyframe) const {
 
 bool JointGraph::is_open(std::size_t path, std::size_t node) const {
   const Increment& step = paths_[path].nodes()[node].step;
-  return step.blind ||
+  return step.degenerate ||
          (paths_[path].ties_to_before(node) && is_loose(step.lidar_information, settings_.shape));
 }
 
-/// Speed and biases are worth their unknowns only where the LiDAR leaves a step open, and around
-/// there: where it is blind, or for a sweep or two that nobody calls blind.
+/// Velocity and biases are estimated only where the LiDAR does not fully constrain a step, and
+/// around there: in degenerate stretches, or for a scan or two that are not marked degenerate.
 std::vector<bool> JointGraph::inertial_nodes(std::size_t path) const {
   const auto& nodes = paths_[path].nodes();
   const auto margin = static_cast<std::size_t>(settings_.inertial_margin);
   std::vector<bool> inertial(nodes.size(), false);
-  if (settings_.steps == StepWeight::kIsotropic || blind_steps_ == BlindSteps::kFilter) {
+  if (settings_.steps == StepWeight::kIsotropic || degenerate_steps_ == DegenerateSteps::kFilter) {
     return inertial;
   }
-  // The node before the first one counts, too: it says whether the inertial nodes begin there.
+  // The node before the first one is included: it decides whether the inertial nodes begin there.
   const std::size_t from = begin_[path] > margin ? begin_[path] - margin - 1 : 0;
   for (std::size_t k = from; k < nodes.size(); ++k) {
     if (!is_open(path, k)) continue;
@@ -109,8 +109,8 @@ std::vector<bool> JointGraph::inertial_nodes(std::size_t path) const {
     for (std::size_t i = begin; i < end; ++i) inertial[i] = nodes[i].step.levelled;
   }
   if (before_ == nullptr) return inertial;
-  // What a node was when its round ended it remains.
-  for (const BoundaryNode& known : before_->nodes) {
+  // A node keeps the unknowns it had when its round ended.
+  for (const SeparatorNode& known : before_->nodes) {
     if (known.stream != stream_of(paths_[path])) continue;
     if (const auto k = paths_[path].index_of(known.node)) inertial[*k] = known.has_speed;
   }
@@ -170,7 +170,7 @@ void JointGraph::add_steps(std::size_t path) {
       shape.information =
           shape_information(step.lidar_information, before.T_odom_body, settings_.shape,
                             unseen_variance_m2(before.covariance, step.covariance));
-      if (blind_steps_ == BlindSteps::kFilter) {
+      if (degenerate_steps_ == DegenerateSteps::kFilter) {
         tie_by_filter(shape.information, before.covariance, step.covariance, settings_.shape);
       } else if (!inertial) {
         loosen_gap(shape.information, settings_.shape);
@@ -181,8 +181,8 @@ void JointGraph::add_steps(std::size_t path) {
       graph::InertialFactor factor = *step.inertial;
       factor.i = shape.i;
       factor.j = shape.j;
-      // Down in the map is down, however a boundary has the path tilted: its own idea of gravity,
-      // turned with it, would hold whatever tilt it has come to.
+      // Gravity is vertical in the map, however a separator prior has tilted the path. The path's
+      // own gravity vector would rotate with that tilt and preserve it.
       factor.g_odom_mps2 = Vec3(0.0, 0.0, -step.g_odom_mps2.norm());
       graph_->add(factor);
     }
@@ -194,9 +194,9 @@ void JointGraph::add_steps(std::size_t path) {
   }
 }
 
-/// Gravity as the odometry of the vehicle knows it. What that is wrong by it is wrong by all along:
-/// however many nodes tell it, they must not know it better together than one would. The weights
-/// 1/2, 1/6, 1/12, ... add up to 1, wherever a round ends between them.
+/// Gravity from the vehicle's odometry. Its error is common to all nodes, so all factors together
+/// must not carry more information than one. The weights 1/2, 1/6, 1/12, ... sum to 1, wherever a
+/// round ends between them.
 void JointGraph::add_tilt(std::size_t path) {
   const auto& nodes = paths_[path].nodes();
   const Vec3 up_odom = paths_[path].up_odom();
@@ -215,11 +215,11 @@ void JointGraph::add_tilt(std::size_t path) {
   }
 }
 
-/// Bodies are not level where they start: the prior speaks of their level frames, and of the
-/// vertical axis alone.
+/// Bodies are not level at their start: the prior relates their level frames, and constrains the
+/// rotation about the vertical axis only.
 void JointGraph::add(const StartPrior& prior) {
   if (!T_map_odom_[prior.relative_to] || !T_map_odom_[prior.path]) return;
-  if (begin_[prior.relative_to] > 0 || begin_[prior.path] > 0) return;  // in the boundary
+  if (begin_[prior.relative_to] > 0 || begin_[prior.path] > 0) return;  // in the separator prior
   const auto T_body_level = [this](std::size_t path) {
     const SE3& T = paths_[path].nodes().front().step.T_odom_body;
     return T.inverse() * level_start(T, paths_[path].up_odom());
@@ -251,14 +251,14 @@ void JointGraph::stop_on(StopFlag stop) {
 
 void JointGraph::solve() {
   covariances_.clear();
-  const int iterations = any_blind() ? settings_.iterations : settings_.iterations_easy;
+  const int iterations = any_degenerate() ? settings_.iterations : settings_.iterations_easy;
   for (int round = 0; round < settings_.rounds && !stop_.raised(); ++round) {
     if (graph_->loops().empty()) {
       graph_->solve(iterations);
     } else {
       graph_->solve_full();
     }
-    if (round + 1 < settings_.rounds) judge_again();
+    if (round + 1 < settings_.rounds) reclassify_outliers();
   }
 }
 
@@ -266,16 +266,16 @@ SE3 JointGraph::T_map_body(std::size_t path, std::size_t node) const {
   return graph_->state(seq(path, node)).T_odom_body;
 }
 
-/// What the vehicle's own map is wrong by the graph does not know: it is what the filter states,
-/// where the LiDAR sees. A sweep that begins a map was compared with none: all that the filter
-/// states of it is the map's.
+/// The graph does not contain the error of the vehicle's own map. In observable directions it is
+/// the filter's covariance. The first scan of a map was compared with none: its whole filter
+/// covariance is the map's.
 Mat6 JointGraph::covariance(std::size_t path, std::size_t node) {
   const Increment& step = paths_[path].nodes()[node].step;
   Mat6 turn = Mat6::Identity();
   turn.bottomRightCorner<3, 3>() = T_map_odom_[path]->R;
-  const Mat6 share =
-      node == 0 ? Mat6(Mat6::Identity()) : known_share(step.lidar_information, settings_.shape);
-  const Mat6 of_map = turn * share * step.covariance * share.transpose() * turn.transpose();
+  const Mat6 fraction =
+      node == 0 ? Mat6(Mat6::Identity()) : known_fraction(step.lidar_information, settings_.shape);
+  const Mat6 of_map = turn * fraction * step.covariance * fraction.transpose() * turn.transpose();
   if (covariances_.empty()) covariances_ = graph_->covariances();
   steps_.resize(paths_.size());
   if (steps_[path].empty()) steps_[path] = shape_covariances(paths_[path], settings_);

@@ -13,13 +13,13 @@ using geometry::Vec3;
 
 namespace {
 
-/// While both ends stand, or for as long as the wandering part of the error lasts, what adds to one
-/// range of a pair adds to all.
+/// While both ends are at standstill, or within the correlation time of the slowly varying error,
+/// all ranges of a pair share one error.
 class Stretches {
  public:
   explicit Stretches(double slow_time_s) : slow_time_s_(slow_time_s) {}
 
-  /// Which one the pair's next range is in; ranges come by time.
+  /// Number of the stretch of the pair's next range; ranges come by time.
   std::size_t number_of(const JointRange& r) {
     const bool at_rest = r.a.at_rest && r.b.at_rest;
     const auto [known, is_new] = last_.try_emplace(r.pair);
@@ -60,7 +60,7 @@ graph::RangeEnd JointGraph::end_of(std::size_t path, const RangeEnd& end) const 
   return factor;
 }
 
-/// Between the nodes around it.
+/// From the nodes before and after.
 Vec3 JointGraph::velocity_map(std::size_t path, const RangeEnd& end) const {
   const auto& nodes = paths_[path].nodes();
   const std::size_t k = end.place.node;
@@ -78,14 +78,14 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
   };
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     if (!settings_.bias || !in_group(pairs_[k])) continue;
-    // What is known of the bias of a pair that was only heard before is in the boundary.
+    // For a pair with ranges only before the separator, the separator prior contains the bias.
     const std::optional<double> known_m = k < bias_m.size() ? bias_m[k] : std::nullopt;
     graph_->add_bias(static_cast<int>(k), known_m.value_or(0.0),
                      ranging::bias_sigma_m(ranging_.bias, known_m.has_value()));
   }
   graph_->add_tau(0, 0.0, ranging_.bias.tau_sigma_s);
-  if (before_ != nullptr) take_boundary();
-  // What a wall adds is common to all ranges through it, nearly all of their error.
+  if (before_ != nullptr) take_separator_prior();
+  // The error due to a wall is common to all ranges through it, and is nearly all of their error.
   ranging::SlowErrorSettings through_walls = ranging_.slow;
   through_walls.slow_sigma_m = ranging_.sight.sigma_factor * ranging_.limits.sigma_m;
   std::map<std::pair<int, bool>, ranging::RangeThinning> thinning;
@@ -122,9 +122,9 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
   stretches_ = stretches.count();
 }
 
-/// Each range once more against the paths as they are known now, in the order of time: what did not
-/// fit wrong paths may fit the right ones, and the other way round.
-void JointGraph::judge_again() {
+/// Classifies each range again with the current paths, in the order of time: a range rejected with
+/// wrong paths may fit the right ones, and vice versa.
+void JointGraph::reclassify_outliers() {
   std::map<std::size_t, ranging::ExcessWatch> watches;
   const double path_sigma_m = settings_.path_sigma_m;
   for (Range& range : ranges_) {
@@ -144,10 +144,10 @@ void JointGraph::judge_again() {
   weigh_stretches();
 }
 
-/// Ranges that share their error count little each, so no gate and no loss sees that all of them
-/// together are off by many sigma: somebody stands between two vehicles that stand. Their mean is
-/// judged as one measurement. Too long it may be by anything, so it loses its weight with the
-/// square; too short hardly.
+/// Ranges with a common error have little weight each, so neither gate nor loss detects that all
+/// together are off by many sigma: e.g. a person between two vehicles at standstill. Their mean is
+/// tested as one measurement. A range that is too long may have any error, so its weight falls with
+/// the square of the deviation; for one too short only linearly.
 void JointGraph::weigh_stretches() {
   if (settings_.stretch_sd <= 0.0) return;
 
@@ -166,10 +166,10 @@ void JointGraph::weigh_stretches() {
   for (Range& range : ranges_) {
     const Sum& sum = sums[range.stretch];
     if (!range.used || !(sum.information > 0.0)) continue;
-    // Predicted less measured, in sigma of the mean.
+    // Predicted minus measured, in sigma of the mean.
     const double off = sum.residual / std::sqrt(sum.information) / settings_.stretch_sd;
-    range.doubt = off < -1.0 ? -off : std::sqrt(std::max(1.0, off));
-    sigma_m.emplace_back(range.factor.id, range.doubt * range.factor.sigma_m);
+    range.uncertainty = off < -1.0 ? -off : std::sqrt(std::max(1.0, off));
+    sigma_m.emplace_back(range.factor.id, range.uncertainty * range.factor.sigma_m);
   }
   std::sort(sigma_m.begin(), sigma_m.end());
   graph_->set_range_sigmas(sigma_m);
@@ -188,7 +188,7 @@ std::vector<PairBias> JointGraph::biases() {
     const graph::ScalarEstimate bias = graph_->bias(static_cast<int>(k));
     biases[k].bias_m = bias.mean;
     biases[k].sigma_m = std::sqrt(std::max(0.0, bias.variance));
-    if (const BoundaryBias* known = known_before(k)) {
+    if (const SeparatorBias* known = known_before(k)) {
       biases[k].ranges = known->ranges;
       biases[k].used = known->used;
       squares[k] = known->squares_m2;
@@ -225,16 +225,16 @@ std::vector<UsedRange> JointGraph::used_ranges() {
     used.t = range.factor.t;
     used.a = {paths_[pair.a.path].vehicle(), *paths_[pair.a.path].nodes()[*a].step.keyframe};
     used.b = {paths_[pair.b.path].vehicle(), *paths_[pair.b.path].nodes()[*b].step.keyframe};
-    // What the range would have been at the keyframes, with its own error kept.
+    // The range as it would be between the keyframes, with its own residual kept.
     used.range_m =
         (antenna(pair.a, *a) - antenna(pair.b, *b)).norm() - graph_->residual(range.factor);
-    used.sigma_m = range.doubt * range.factor.sigma_m;
+    used.sigma_m = range.uncertainty * range.factor.sigma_m;
     out.push_back(used);
   }
   return out;
 }
 
-/// The keyframe nearest in time to the node before an end; nothing if the path has none around.
+/// The keyframe nearest in time to the node before an end; nothing if the path has none.
 std::optional<std::size_t> JointGraph::keyframe_near(std::size_t path,
                                                      const graph::RangeEnd& end) const {
   const auto& nodes = paths_[path].nodes();

@@ -1,4 +1,4 @@
-// What ties the nodes of a path together, and how much ranges may pull at them.
+// Constraints between the nodes of a path, and the influence of ranges on them.
 #include "rali/fleet/centre/joint_graph.hpp"
 
 #include <cmath>
@@ -16,7 +16,8 @@ using geometry::Mat3;
 using geometry::SE3;
 using geometry::Vec3;
 
-/// A node of a vehicle that stands level at p_m: its LiDAR sees all, its accelerometer 9.81 m/s2.
+/// A node of a level vehicle at standstill at p_m: its LiDAR constrains all directions, its
+/// accelerometer reads 9.81 m/s2.
 Increment standing_at(const Vec3& p_m, std::uint32_t k) {
   Increment step;
   step.node = k;
@@ -30,13 +31,13 @@ Increment standing_at(const Vec3& p_m, std::uint32_t k) {
   return step;
 }
 
-/// Sigma along x of the step over the tenth of 20 s, of which the LiDAR tells 3 m along x.
-double open_step_sigma_m(bool blind, const JointSettings& settings) {
+/// Sigma along x of the step over the tenth of 20 s, for which the LiDAR has 3 m along x.
+double open_step_sigma_m(bool degenerate, const JointSettings& settings) {
   VehiclePath path(VehicleId{0});
   for (std::uint32_t k = 0; k <= 20; ++k) {
     Increment step = standing_at(Vec3::Zero(), k);
     if (k == 10) step.lidar_information(3, 3) = 0.1;
-    step.blind = blind && k == 10;
+    step.degenerate = degenerate && k == 10;
     path.add(Time::from_s(k), step);
   }
   const std::vector<VehiclePath> paths = {path};
@@ -46,24 +47,25 @@ double open_step_sigma_m(bool blind, const JointSettings& settings) {
   return std::sqrt(joint.graph().covariance(joint.seq(0, 20))(3, 3));
 }
 
-// A sweep or two are not called blind before more follow. Nothing held such a step but a guess of
-// 0.3 m, and whatever ranges said moved all that came after it.
+// One or two scans are not marked degenerate before more follow. Such a step was constrained only
+// by a sigma of 0.3 m, so ranges shifted all later nodes.
 TEST(JointGraph, a_step_that_the_lidar_leaves_open_is_held_by_inertial_data) {
   EXPECT_LT(open_step_sigma_m(true, {}), 0.02);
   EXPECT_LT(open_step_sigma_m(false, {}), 0.02);
-  JointSettings only_blind;
-  only_blind.shape.loose_m = 10.0;
-  EXPECT_GT(open_step_sigma_m(false, only_blind), 0.1) << "this test needs the step to be open";
+  JointSettings only_degenerate;
+  only_degenerate.shape.loose_m = 10.0;
+  EXPECT_GT(open_step_sigma_m(false, only_degenerate), 0.1)
+      << "this test needs the step to be open";
 }
 
-/// Blind along x for 20 s at 1 m/s, while the accelerometer, off by 0.02 m/s2, says otherwise. The
-/// filter has not followed it: it states 0.4 m at the end.
-VehiclePath blind_path() {
+/// Degenerate along x for 20 s at 1 m/s, with an accelerometer error of 0.02 m/s2. The filter has
+/// not followed it: its sigma is 0.4 m at the end.
+VehiclePath degenerate_path() {
   VehiclePath path(VehicleId{0});
   for (std::uint32_t k = 0; k <= 20; ++k) {
     Increment step = standing_at(Vec3(1.0 * k, 0.0, 0.0), k);
     step.v_odom_mps = {1.0, 0.0, 0.0};
-    step.blind = k > 0;
+    step.degenerate = k > 0;
     if (k > 0) step.lidar_information(3, 3) = 0.0;
     if (k > 0) step.inertial->dv_mps.x() = 0.02;
     if (k > 0) step.inertial->dp_m.x() = 0.01;
@@ -74,23 +76,23 @@ VehiclePath blind_path() {
   return path;
 }
 
-// A vehicle that had held itself by a radio of unknown place was right to 0.2 m, and its final
-// path, drawn from inertial data alone, was 10 m off.
+// A filter that used a radio at an unknown position was right to 0.2 m. Its final path, from
+// inertial data alone, was 10 m off.
 TEST(JointGraph, without_ranges_a_blind_path_stays_as_the_filter_went) {
-  const std::vector<VehiclePath> paths = {blind_path()};
-  const auto solved = [&](BlindSteps steps) {
+  const std::vector<VehiclePath> paths = {degenerate_path()};
+  const auto solved = [&](DegenerateSteps steps) {
     JointGraph joint(paths, {SE3{}}, {}, {}, nullptr, steps);
     joint.solve();
     return std::pair(joint.T_map_body(0, 20).p.x(), joint.covariance(0, 20)(3, 3));
   };
-  const auto [x_m, variance_m2] = solved(BlindSteps::kFilter);
+  const auto [x_m, variance_m2] = solved(DegenerateSteps::kFilter);
   EXPECT_NEAR(x_m, 20.0, 0.01);
   EXPECT_NEAR(variance_m2, 20 * 0.008, 0.02);
-  EXPECT_GT(solved(BlindSteps::kInertial).first, 21.0) << "this test needs data that disagree";
+  EXPECT_GT(solved(DegenerateSteps::kInertial).first, 21.0) << "this test needs data that disagree";
 }
 
-// A range that comes back moves the filter along the tunnel; the bend by which it turns the vehicle
-// and shifts it across is not known exactly. Held for motion, both would stay in the path.
+// A new range after a gap moves the filter along the tunnel. The bend, which rotates the vehicle
+// and shifts it across, is uncertain. Treated as motion, both would stay in the path.
 TEST(JointGraph, a_step_in_which_the_filter_was_corrected_is_no_motion) {
   VehiclePath path(VehicleId{0});
   const SE3 T_moved_odom{geometry::rotation_from_rpy(0.0, 0.0, 0.1), Vec3(5.0, 0.5, 0.0)};
@@ -100,7 +102,7 @@ TEST(JointGraph, a_step_in_which_the_filter_was_corrected_is_no_motion) {
     Increment step = standing_at(Vec3::Zero(), k);
     step.T_odom_body = T * SE3{geometry::Mat3::Identity(), Vec3(1.0 * k, 0.0, 0.0)};
     step.v_odom_mps = axis;
-    step.blind = k > 0;
+    step.degenerate = k > 0;
     if (k > 0) step.lidar_information.bottomRightCorner<3, 3>() -= 1e8 * axis * axis.transpose();
     path.add(Time::from_s(k), step);
   }
@@ -112,8 +114,8 @@ TEST(JointGraph, a_step_in_which_the_filter_was_corrected_is_no_motion) {
   EXPECT_LT(std::abs(T_end.p.y()), 0.1) << "of 1.5 m";
 }
 
-/// Two vehicles stand 3 m apart, which is known to 0.02 m, and measure that 40 times, a minute
-/// long. @return how far the second is moved by ranges that are all too long by so much
+/// Two vehicles stand 3 m apart, known to 0.02 m, and measure ranges 40 times within a minute.
+/// @return shift of the second by ranges that are all too long by `excess_m`
 double pulled_m(double excess_m, double stretch_sd) {
   std::vector<VehiclePath> paths;
   for (std::uint16_t v = 0; v < 2; ++v) {
@@ -153,8 +155,8 @@ double pulled_m(double excess_m, double stretch_sd) {
   return joint.T_map_body(1, 60).p.x() - 3.0;
 }
 
-// Somebody parked between two vehicles that stood for minutes: each of thousands of ranges counted
-// so little that no gate saw them all be wrong, and a map right to 3 mm moved by 3 cm.
+// A person between two vehicles at standstill for minutes: each of thousands of ranges had so
+// little weight that no gate detected their common error. A map right to 3 mm moved by 3 cm.
 TEST(JointGraph, ranges_that_are_all_too_long_by_the_same_lose_their_weight_together) {
   const double trusting_m = pulled_m(0.3, 0.0);
   EXPECT_GT(trusting_m, 0.02);

@@ -9,10 +9,10 @@ namespace rali::fleet {
 
 namespace {
 
-/// An exchange: pair, time.
+/// A range measurement: pair, time.
 using Key = std::tuple<AntennaPair, Time>;
 
-struct Told {
+struct Reported {
   const RangeEntry* by_a = nullptr;
   const RangeEntry* by_b = nullptr;
 };
@@ -24,23 +24,23 @@ std::optional<std::size_t> index_of(std::span<const VehiclePath> paths, VehicleI
   return std::nullopt;
 }
 
-/// The place of an end; a pose told with the range is nearer to the truth than the path between
-/// nodes.
+/// Pose of an end; a pose reported with the range is more accurate than the path between nodes.
 std::optional<RangeEnd> end_of(const VehiclePath& path, std::uint8_t antenna, Time t,
-                               const RangeEntry* told) {
+                               const RangeEntry* reported) {
   if (antenna >= path.antennas_body_m().size()) return std::nullopt;
   const std::optional<PathPlace> place = path.at(t);
   if (!place) return std::nullopt;
   RangeEnd end;
   end.place = *place;
-  if (told != nullptr) end.place.T_odom_body = told->T_odom_body;
+  if (reported != nullptr) end.place.T_odom_body = reported->T_odom_body;
   end.p_odom_m = end.place.T_odom_body * path.antennas_body_m()[antenna];
-  end.at_rest = told != nullptr ? told->at_rest : path.nodes()[place->node].step.at_rest;
+  end.at_rest = reported != nullptr ? reported->at_rest : path.nodes()[place->node].step.at_rest;
   return end;
 }
 
-/// Leaves out what a frozen radio repeats: ranges of one pair, in order of time, that equal the one
-/// before to the last digit although the ends have moved. At rest a repetition does no harm.
+/// Drops repeated values of a frozen radio: ranges of one pair, in order of time, that equal the
+/// previous one to the last digit although the ends have moved. At standstill a repetition does no
+/// harm.
 class Repetitions {
  public:
   /// @return whether this range is one
@@ -49,42 +49,42 @@ class Repetitions {
       first_ = range;
       return false;
     }
-    constexpr double kMoved_m = 0.1;  // a radio that rounds to it repeats itself that far, too
+    constexpr double kMoved_m = 0.1;  // a radio that rounds to this step repeats values, too
     return (range.a.p_odom_m - first_->a.p_odom_m).norm() +
                (range.b.p_odom_m - first_->b.p_odom_m).norm() >
            kMoved_m;
   }
 
  private:
-  std::optional<JointRange> first_;  ///< of equal ones
+  std::optional<JointRange> first_;  ///< first of a run of equal ranges
 };
 
 }  // namespace
 
 JointRanges join_ranges(std::span<const VehiclePath> paths, std::optional<Time> since) {
-  std::map<Key, Told> exchanges;
+  std::map<Key, Reported> exchanges;
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    const std::vector<RangeEntry>& told = paths[i].ranges();
+    const std::vector<RangeEntry>& reported = paths[i].ranges();
     const auto begin =
-        since ? std::lower_bound(told.begin(), told.end(), *since,
+        since ? std::lower_bound(reported.begin(), reported.end(), *since,
                                  [](const RangeEntry& entry, Time t) { return entry.t < t; })
-              : told.begin();
-    for (const RangeEntry& entry : std::span(begin, told.end())) {
+              : reported.begin();
+    for (const RangeEntry& entry : std::span(begin, reported.end())) {
       const auto from = index_of(paths, entry.from);
       const auto to = index_of(paths, entry.to);
       if (!from || !to || from == to) continue;
       Antenna a{*from, entry.from_antenna}, b{*to, entry.to_antenna};
       if (b < a) std::swap(a, b);
-      Told& ends = exchanges[{AntennaPair{a, b}, entry.t}];
+      Reported& ends = exchanges[{AntennaPair{a, b}, entry.t}];
       (a.path == i ? ends.by_a : ends.by_b) = &entry;
     }
   }
   JointRanges joint;
   Repetitions repetitions;
-  for (const auto& [key, told] : exchanges) {
+  for (const auto& [key, reported] : exchanges) {
     const auto& [pair, t] = key;
-    const auto a = end_of(paths[pair.a.path], pair.a.number, t, told.by_a);
-    const auto b = end_of(paths[pair.b.path], pair.b.number, t, told.by_b);
+    const auto a = end_of(paths[pair.a.path], pair.a.number, t, reported.by_a);
+    const auto b = end_of(paths[pair.b.path], pair.b.number, t, reported.by_b);
     if (!a || !b) {
       ++joint.without_pose;
       continue;
@@ -95,9 +95,9 @@ JointRanges join_ranges(std::span<const VehiclePath> paths, std::optional<Time> 
     range.pair = static_cast<int>(joint.pairs.size()) - 1;
     range.a = *a;
     range.b = *b;
-    range.range_m = (told.by_a != nullptr ? told.by_a : told.by_b)->range_m;
-    // Each end doubts what it sees of the signal and of walls between.
-    for (const RangeEntry* entry : {told.by_a, told.by_b}) {
+    range.range_m = (reported.by_a != nullptr ? reported.by_a : reported.by_b)->range_m;
+    // Each end raises sigma by its signal quality and by walls in its map.
+    for (const RangeEntry* entry : {reported.by_a, reported.by_b}) {
       if (entry != nullptr) range.sigma_m = std::max(range.sigma_m, entry->sigma_m);
     }
     if (!repetitions.is_one(range)) joint.ranges.push_back(range);

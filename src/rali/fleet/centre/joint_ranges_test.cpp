@@ -45,7 +45,7 @@ TEST(JointRanges, one_exchange_told_by_both_ends_is_one_range) {
   EXPECT_EQ(r.b.p_odom_m, Vec3(2.6, 3.0, 0.5));
   EXPECT_EQ(r.a.place.node, 2U);
   EXPECT_DOUBLE_EQ(r.a.place.alpha, 0.5);
-  // The end that doubts more is right to do so.
+  // The larger sigma of the two ends is used.
   EXPECT_DOUBLE_EQ(r.sigma_m, 0.3);
 }
 

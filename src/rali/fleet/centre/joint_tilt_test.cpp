@@ -1,4 +1,4 @@
-// What gravity says of a path: one error for all of it, however long it is.
+// Gravity constraint of a path: one error for all of it, however long it is.
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -17,7 +17,7 @@ using geometry::Vec3;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-/// A metre a node straight ahead, all known but for where the whole lies.
+/// A metre per node straight ahead, all known except the pose of the whole path.
 VehiclePath path(std::uint16_t vehicle, std::uint32_t nodes, bool levelled = true) {
   VehiclePath p(VehicleId{vehicle});
   for (std::uint32_t k = 0; k < nodes; ++k) {
@@ -46,8 +46,8 @@ double pitch_sigma_deg(std::uint32_t nodes, bool levelled) {
   return std::sqrt(joint.graph().covariance(joint.seq(1, 0))(1, 1)) / kDegree;
 }
 
-// Thirty that counted as if each were of its own made 0.05 deg of it, and held a frame at 4 sigma
-// from where it was.
+// Thirty factors treated as independent gave a sigma of 0.05 deg, and kept a frame 4 sigma away
+// from its true pose.
 TEST(JointTilt, a_long_path_knows_gravity_no_better_than_a_short_one) {
   EXPECT_NEAR(pitch_sigma_deg(10, true), 0.3 * std::sqrt(2.0), 0.01);        // 1/2
   EXPECT_NEAR(pitch_sigma_deg(30, true), 0.3 * std::sqrt(3.0 / 2.0), 0.01);  // 1/2 + 1/6
@@ -58,8 +58,8 @@ TEST(JointTilt, a_path_without_inertial_data_knows_it_to_five_degrees) {
   EXPECT_NEAR(pitch_sigma_deg(30, false), 5.0, 0.1);
 }
 
-/// Stands level for 20 s, blind: its accelerometer reads 9.81 m/s2 upward.
-VehiclePath standing_blind() {
+/// At standstill and level for 20 s, degenerate: its accelerometer reads 9.81 m/s2 upward.
+VehiclePath standing_degenerate() {
   VehiclePath p(VehicleId{0});
   for (std::uint32_t k = 0; k <= 20; ++k) {
     Increment step;
@@ -68,7 +68,7 @@ VehiclePath standing_blind() {
     step.keyframe = k;
     step.levelled = true;
     step.at_rest = true;
-    step.blind = true;
+    step.degenerate = true;
     step.lidar_information.setIdentity();
     step.lidar_information *= 1e8;
     if (k > 0) step.inertial = second_at_rest(1e-4);
@@ -77,12 +77,12 @@ VehiclePath standing_blind() {
   return p;
 }
 
-// An earlier round that took it to be pitched by one degree, and was not sure: the accelerometer
-// knows better, now and in all rounds that follow. Down turned with the path held it at one degree.
+// An earlier round estimated a pitch of one degree with a large sigma. The accelerometer corrects
+// it in this and all later rounds. With gravity rotated with the path, it stayed at one degree.
 TEST(JointTilt, gravity_brings_a_path_back_that_a_boundary_has_tilted) {
-  const std::vector<VehiclePath> paths = {standing_blind()};
-  RoundBoundary before;
-  BoundaryNode node;
+  const std::vector<VehiclePath> paths = {standing_degenerate()};
+  SeparatorPrior before;
+  SeparatorNode node;
   node.node = 4;
   node.has_speed = true;
   node.x.T_odom_body.R = geometry::rotation_from_rpy(0.0, kDegree, 0.0);
@@ -92,7 +92,7 @@ TEST(JointTilt, gravity_brings_a_path_back_that_a_boundary_has_tilted) {
   before.H = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
   before.b.setZero(graph::kStateDim);
   before.nodes.push_back(node);
-  BoundaryPath end;
+  SeparatorPath end;
   end.node = 4;
   end.T_map_body = node.x.T_odom_body;
   before.paths.push_back(end);

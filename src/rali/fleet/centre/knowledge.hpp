@@ -16,17 +16,17 @@ struct GivenStart {
   double sigma_rad = 0.05;
 };
 
-/// What a pair of radios measures too much, where somebody calibrated it.
+/// Calibrated bias of a pair of radios.
 struct GivenBias {
   VehicleId a, b;
   double bias_m = 0.0;
 };
 
-/// What users know of the fleet beforehand.
+/// Prior knowledge of the users about the fleet.
 struct FleetKnowledge {
   std::vector<GivenStart> starts;
   std::vector<GivenBias> biases;
-  bool common_clock = true;  ///< false: recorded on other days, joined by places alone
+  bool common_clock = true;  ///< false: recorded at different times, joined by places alone
 };
 
 }  // namespace rali::fleet

@@ -21,10 +21,10 @@ const KeyframePose* RoundCentre::pose_of(KeyframeId id, const FleetEstimate& liv
   return nullptr;
 }
 
-/// Compares the pieces of this round with those of earlier ones. @return by path the first node
-/// that it is worth to solve for, which is where the round begins unless a loop closes: into one of
-/// the last rounds any, since solving these again is cheap
-/// @param lately where the last rounds begin, by path; empty if there are none
+/// Compares the pieces of this round with those of earlier ones. @return by path the first node to
+/// solve for: the start of the round, unless a loop closes. Any loop into one of the last rounds
+/// counts, because solving these again is cheap
+/// @param lately start of the last rounds, by path; empty if there are none
 std::vector<std::size_t> RoundCentre::look_back(const Solution& solution,
                                                 std::span<const std::size_t> lately,
                                                 Executor& executor) {
@@ -66,7 +66,7 @@ std::optional<RoundCentre::Between> RoundCentre::between(KeyframeId from, Keyfra
   const KeyframePose* before = pose_of(from, live);
   const KeyframePose* now = pose_of(to, live);
   if (before == nullptr || now == nullptr) return std::nullopt;
-  // What both have in common is not known any more: it would only make the doubt smaller.
+  // Their correlation is not stored; it would only reduce the uncertainty.
   Eigen::Matrix<double, 12, 12> joint = Eigen::Matrix<double, 12, 12>::Zero();
   joint.topLeftCorner<6, 6>() = before->covariance;
   joint.bottomRightCorner<6, 6>() = now->covariance;
@@ -74,25 +74,25 @@ std::optional<RoundCentre::Between> RoundCentre::between(KeyframeId from, Keyfra
                  relative_covariance(before->T_map_body, now->T_map_body, joint)};
 }
 
-/// Whether earlier rounds are to be solved again for a loop. @param near into one of the last: then
-/// also for one that the poses fit as they are, within its own errors, and that leaves them there
+/// Whether earlier rounds must be solved again for a loop. @param near loop into one of the last:
+/// then also for one that agrees with the current poses within its own errors
 bool RoundCentre::worth_it(const Loop& loop, const Between& between, bool near) const {
-  if (centre_.settings().boundary.reopen == ReopenBy::kAny) return true;
+  if (centre_.settings().separator.reopen == ReopenBy::kAny) return true;
   const SE3 T = between.T_map_from.inverse() * between.T_map_to;
-  geometry::Vec6 error;  // rotation in `to`, place in `from`
+  geometry::Vec6 error;  // rotation in `to`, position in `from`
   error << geometry::so3_log(loop.T_from_to.R.transpose() * T.R), T.p - loop.T_from_to.p;
   const bool news = error.dot(loop.information * error) > graph::loop_chi2_gate(6);
   return (near || news) && may_hold(loop, error, between.covariance);
 }
 
-/// False for a loop that would be refused for certain, were everything solved again for it: beyond
-/// the whole doubt about both poses, or slid along a passage.
+/// False for a loop that would certainly be rejected after solving everything again: beyond the
+/// total uncertainty of both poses, or shifted along a passage.
 bool RoundCentre::may_hold(const Loop& loop, const geometry::Vec6& error,
                            const Mat6& covariance) const {
   const FleetSettings& s = centre_.settings();
   if (slide_m(loop.information, error.tail<3>()) > s.loops.slide_max_m) return false;
   if (!s.loops.veto) return true;
-  // In units of the loop's own sigmas; what it does not claim is zero and adds nothing.
+  // In units of the loop's own sigmas; directions without information are zero and add nothing.
   const Mat6 root = graph::information_root(loop.information);
   const geometry::Vec6 e = root * error;
   const Mat6 S = root * covariance * root.transpose() + Mat6::Identity();

@@ -8,14 +8,14 @@
 
 namespace rali::fleet {
 
-/// What comparing pieces of path has brought so far: pieces are compared once, in whatever solution
-/// they come up.
+/// Results of comparing pieces of paths so far: pieces are compared once, whatever solutions need
+/// them.
 struct LoopMemory {
   using Pair = std::pair<KeyframeId, KeyframeId>;  ///< middles of target and source
 
   std::set<Pair> compared;
-  std::map<Pair, Loop> loops;  ///< those without rival; nobody has judged them yet
-  std::set<Pair> of_frames;    ///< of the loops, those that the frames rest on
+  std::map<Pair, Loop> loops;  ///< those without rival; not tested yet
+  std::set<Pair> of_frames;    ///< of the loops, those that determined the frames
 };
 
 }  // namespace rali::fleet

@@ -10,12 +10,12 @@ namespace rali::fleet {
 
 namespace {
 
-/// Pieces of one path see the same while the vehicle passes: that is no loop.
+/// Pieces of one path overlap while the vehicle passes a place: that is no loop.
 bool may_be_loop(const PathSubmap& a, const PathSubmap& b, double apart_m) {
-  return a.path != b.path || std::abs(a.way_m - b.way_m) >= apart_m;
+  return a.path != b.path || std::abs(a.path_m - b.path_m) >= apart_m;
 }
 
-/// A candidate, and its place among those of its source.
+/// A candidate, and its rank among those of its source.
 struct Ranked {
   std::size_t target = 0;  ///< number along its path
   std::size_t rank = 0;
@@ -23,8 +23,8 @@ struct Ranked {
   LoopCandidate candidate;
 };
 
-/// How alike the pieces of two paths are: of each piece of the second those of the first that look
-/// most like it.
+/// Similarity of the pieces of two paths: for each piece of the second, the most similar ones of
+/// the first.
 class Likenesses {
  public:
   Likenesses(std::span<const PathSubmap> submaps, std::size_t path_a, std::size_t path_b,
@@ -48,7 +48,7 @@ class Likenesses {
 Likenesses::Likenesses(std::span<const PathSubmap> submaps, std::size_t path_a, std::size_t path_b,
                        const places::DescriptorSettings& settings)
     : settings_(settings) {
-  // A neighbour counts in a row even where it would be no candidate by itself.
+  // A neighbour counts in a row even if it would be no candidate by itself.
   places::DescriptorSettings all = settings;
   all.candidates_max = settings.key_candidates;
   all.score_min = -1.0;
@@ -70,19 +70,19 @@ Likenesses::Likenesses(std::span<const PathSubmap> submaps, std::size_t path_a, 
   }
 }
 
-/// Of each target the mean likeness along a stretch of both paths, driven the same way or the
-/// other: what looks alike by chance does not go on doing so.
+/// Per target the mean similarity along a stretch of both paths, driven in the same or the opposite
+/// direction: a chance similarity does not continue along the paths.
 std::vector<double> Likenesses::in_row(std::size_t b, int row) const {
   const std::ptrdiff_t n_a = std::ssize(targets_);
   const auto before = static_cast<std::ptrdiff_t>(b);
   const std::ptrdiff_t after = std::ssize(sources_) - 1 - before;
   std::vector<double> best(targets_.size(), -1.0);
-  for (const int way : {1, -1}) {
-    const std::ptrdiff_t first = -std::min<std::ptrdiff_t>(row, way > 0 ? before : after);
-    const std::ptrdiff_t last = std::min<std::ptrdiff_t>(row, way > 0 ? after : before);
+  for (const int direction : {1, -1}) {
+    const std::ptrdiff_t first = -std::min<std::ptrdiff_t>(row, direction > 0 ? before : after);
+    const std::ptrdiff_t last = std::min<std::ptrdiff_t>(row, direction > 0 ? after : before);
     std::vector<double> sum(targets_.size(), 0.0);
     for (std::ptrdiff_t d = first; d <= last; ++d) {
-      for (const auto& [target, score] : alike_[static_cast<std::size_t>(before + way * d)]) {
+      for (const auto& [target, score] : alike_[static_cast<std::size_t>(before + direction * d)]) {
         const std::ptrdiff_t a = static_cast<std::ptrdiff_t>(target) - d;
         if (a >= 0 && a < n_a) sum[static_cast<std::size_t>(a)] += score;
       }
@@ -104,7 +104,7 @@ std::vector<Ranked> Likenesses::ranked(std::size_t b, int row) const {
   }
   std::stable_sort(out.begin(), out.end(),
                    [](const Ranked& x, const Ranked& y) { return x.score > y.score; });
-  // The best of a row is worth a try, however little it looks alike itself; others must do better.
+  // The best of a row is tried even with a low score of its own; others need score_min.
   const auto first = out.begin() + (out.empty() || out.front().score <= 0.0 ? 0 : 1);
   out.erase(std::remove_if(first, out.end(),
                            [&](const Ranked& r) {
@@ -161,10 +161,10 @@ std::vector<LoopCandidate> alike_candidates(std::span<const PathSubmap> submaps,
   std::stable_sort(all.begin(), all.end(), [](const Ranked& a, const Ranked& b) {
     return a.rank != b.rank ? a.rank < b.rank : a.score > b.score;
   });
-  // Neighbours tell the same: pieces are to differ.
+  // Neighbours give the same result: pieces should differ.
   std::vector<LoopCandidate> chosen;
   const auto near = [&](std::size_t i, std::size_t k) {
-    return std::abs(submaps[i].way_m - submaps[k].way_m) < settings.view_step_m;
+    return std::abs(submaps[i].path_m - submaps[k].path_m) < settings.view_step_m;
   };
   for (const Ranked& ranked : all) {
     const LoopCandidate& candidate = ranked.candidate;

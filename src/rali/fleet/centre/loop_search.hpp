@@ -12,14 +12,14 @@
 
 namespace rali::fleet {
 
-/// Where loops are looked for.
+/// Settings of the loop search.
 struct LoopSettings {
   bool use = true;
   int passes = 2;
   int per_submap = 3;
   double apart_m = 25.0;
   double sigma_min_m = 0.05;
-  int blind_tries = 8;
+  int degenerate_tries = 8;
   int scans_only_tries = 24;
   int row = 3;
   bool veto = true;
@@ -36,7 +36,8 @@ struct LoopSettings {
       "distance travelled between submaps of one path that are compared");
     v("sigma_min_m", sigma_min_m, 0.0, 10.0,
       "submaps of one path with a smaller sigma are not compared");
-    v("unguided_tries", blind_tries, 0, 1000, "submaps compared where no guess relates two paths");
+    v("unguided_tries", degenerate_tries, 0, 1000,
+      "submaps compared where no guess relates two paths");
     v("scans_only_tries", scans_only_tries, 0, 1000,
       "the same where neither ranges nor start poses exist");
     v("row", row, 0, 100, "neighbours on each side that must look alike, too, in a row");
@@ -51,35 +52,36 @@ struct LoopSettings {
   }
 };
 
-/// Two pieces of path to compare, and how they should lie to each other where that is known.
+/// Two pieces of paths to compare, and their predicted transform if it is known.
 struct LoopCandidate {
   std::size_t target = 0, source = 0;  ///< indices of submaps
   std::optional<places::Guess> guess;
 };
 
-/// What came of comparing them.
+/// Result of comparing them.
 struct LoopFound {
   LoopCandidate candidate;
   places::Recognition recognition;
 };
 
-/// How submap `source` should lie in submap `target`, as the estimate has it; nothing: it does not
-/// know.
+/// Predicted transform of submap `source` in submap `target`, by the estimate; nothing if it is
+/// unknown.
 using GuessOf = std::function<std::optional<places::Guess>(std::size_t target, std::size_t source)>;
 
-/// Pairs that may see the same by the guess: of each submap the few nearest others of each path.
+/// Pairs that may overlap by the guess: of each submap the few nearest others of each path.
 [[nodiscard]] std::vector<LoopCandidate> near_candidates(std::span<const PathSubmap> submaps,
                                                          const GuessOf& guess_of,
                                                          const places::NearSettings& near,
                                                          const LoopSettings& settings);
 
-/// Pairs of two paths that look alike in a row: with their neighbours, driven the same way or the
-/// other. Each piece's best first, so that a few that look like everything do not take all tries.
+/// Pairs of two paths that look alike in a row: with their neighbours, driven in the same or the
+/// opposite direction. The best candidate of each piece comes first, so that a few pieces similar
+/// to all others do not use up all tries.
 [[nodiscard]] std::vector<LoopCandidate> alike_candidates(
     std::span<const PathSubmap> submaps, std::size_t path_a, std::size_t path_b,
     const places::DescriptorSettings& descriptor, const LoopSettings& settings, int tries);
 
-/// Compares them all. @param stop where it is raised, those that are left are told as not alike
+/// Compares them all. @param stop if it is raised, the remaining ones are returned as not alike
 [[nodiscard]] std::vector<LoopFound> compare_all(std::span<const PathSubmap> submaps,
                                                  std::vector<LoopCandidate> candidates,
                                                  const places::RecogniseSettings& settings,

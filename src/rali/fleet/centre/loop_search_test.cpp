@@ -11,9 +11,9 @@
 namespace rali::fleet {
 namespace {
 
-/// What a place looks like: `share` of the look of one place, the rest that of another. Looks of
-/// different places have nothing in common: their likeness is 0.1 at most.
-places::Descriptor look(std::uint64_t place, std::uint64_t other = 0, double share = 1.0) {
+/// Appearance of a place: `fraction` of one place's descriptor, the rest that of another.
+/// Descriptors of different places are uncorrelated: their similarity is 0.1 at most.
+places::Descriptor look(std::uint64_t place, std::uint64_t other = 0, double fraction = 1.0) {
   const auto pure = [](std::uint64_t seed) {
     std::vector<double> fields(places::kRings * places::kSectors);
     Rng rng(seed, "look");
@@ -23,16 +23,16 @@ places::Descriptor look(std::uint64_t place, std::uint64_t other = 0, double sha
     return fields;
   };
   const std::vector<double> p = pure(place), q = pure(other);
-  const double rest = std::sqrt(1.0 - share * share);
+  const double rest = std::sqrt(1.0 - fraction * fraction);
   places::Descriptor out;
   out.ring_key.fill(1.0F);
   for (std::size_t i = 0; i < p.size(); ++i) {
-    out.fields[i] = static_cast<float>(share * p[i] + rest * q[i]);
+    out.fields[i] = static_cast<float>(fraction * p[i] + rest * q[i]);
   }
   return out;
 }
 
-/// A piece every 4 m of each path, that looks as told.
+/// A piece every 4 m of each path, with the given descriptors.
 class Pieces {
  public:
   void add(std::size_t path, const std::vector<places::Descriptor>& looks) {
@@ -43,7 +43,7 @@ class Pieces {
       scan.scan.x_m = scan.scan.y_m = scan.scan.z_m = x;
       PathSubmap piece;
       piece.path = path;
-      piece.way_m = 4.0 * k;
+      piece.path_m = 4.0 * k;
       piece.submap = places::make_submap({&scan, 1}, 0, {}).value();
       piece.descriptor = looks[k];
       all.push_back(std::move(piece));
@@ -57,8 +57,8 @@ class Pieces {
     std::vector<std::pair<std::size_t, std::size_t>> out;
     for (const LoopCandidate& c : alike_candidates(all, 0, 1, {}, settings, tries)) {
       EXPECT_FALSE(c.guess);
-      out.emplace_back(static_cast<std::size_t>(all[c.target].way_m / 4.0),
-                       static_cast<std::size_t>(all[c.source].way_m / 4.0));
+      out.emplace_back(static_cast<std::size_t>(all[c.target].path_m / 4.0),
+                       static_cast<std::size_t>(all[c.source].path_m / 4.0));
     }
     return out;
   }
@@ -75,14 +75,14 @@ std::size_t first_of(const std::vector<std::pair<std::size_t, std::size_t>>& pai
   return 99;
 }
 
-const std::vector<places::Descriptor> kWay = {look(10), look(11), look(12), look(13),
-                                              look(14), look(15), look(16)};
+const std::vector<places::Descriptor> kPath = {look(10), look(11), look(12), look(13),
+                                               look(14), look(15), look(16)};
 
-// The middle one of the second path looks like the first path's 6 (0.8), and less like its own
-// place, 3 (0.6). In a row 3 has (1 + 0.6 + 1)/3, 6 has (0 + 0.8)/2.
+// The middle one of the second path is similar to the first path's 6 (0.8), and less to the true
+// match, 3 (0.6). In a row 3 has (1 + 0.6 + 1)/3, 6 has (0 + 0.8)/2.
 TEST(AlikeCandidates, neighbours_tell_which_of_two_that_look_alike_it_is) {
   Pieces pieces;
-  pieces.add(0, kWay);
+  pieces.add(0, kPath);
   pieces.add(1, {look(12), look(16, 13, 0.8), look(14)});
   EXPECT_EQ(first_of(pieces.alike(0, 24), 1), 6U) << "else this tests nothing";
   EXPECT_EQ(first_of(pieces.alike(1, 24), 1), 3U);
@@ -90,23 +90,23 @@ TEST(AlikeCandidates, neighbours_tell_which_of_two_that_look_alike_it_is) {
 
 TEST(AlikeCandidates, neighbours_tell_on_the_way_back_as_well) {
   Pieces pieces;
-  pieces.add(0, kWay);
+  pieces.add(0, kPath);
   pieces.add(1, {look(14), look(16, 13, 0.8), look(12)});
   EXPECT_EQ(first_of(pieces.alike(0, 24), 1), 6U) << "else this tests nothing";
   EXPECT_EQ(first_of(pieces.alike(1, 24), 1), 3U);
 }
 
-// A vehicle that went by something large: its own look is that of no place (0.3 is below what makes
-// a candidate), but it lies between two that are known.
+// A vehicle that passed something large: its piece is similar to no place (0.3 is below the limit
+// of a candidate), but it lies between two known ones.
 TEST(AlikeCandidates, one_that_looks_like_nothing_is_tried_where_its_row_is) {
   Pieces pieces;
-  pieces.add(0, kWay);
+  pieces.add(0, kPath);
   pieces.add(1, {look(12), look(13, 77, 0.3), look(14)});
   EXPECT_EQ(first_of(pieces.alike(0, 24), 1), 3U);
   EXPECT_EQ(first_of(pieces.alike(1, 24), 1), 3U);
 }
 
-// A few pieces that look like everything once took all tries, by their second and third best.
+// A few pieces similar to all others used up all tries, by their second and third best.
 TEST(AlikeCandidates, each_piece_has_its_best_tried_before_any_has_its_second) {
   Pieces pieces;
   const places::Descriptor plain = look(50);
@@ -120,7 +120,7 @@ TEST(AlikeCandidates, each_piece_has_its_best_tried_before_any_has_its_second) {
 
 TEST(AlikeCandidates, pieces_that_nothing_is_like_are_not_tried) {
   Pieces pieces;
-  pieces.add(0, kWay);
+  pieces.add(0, kPath);
   pieces.add(1, {places::Descriptor{}, places::Descriptor{}});
   EXPECT_TRUE(pieces.alike(3, 24).empty());
 }
@@ -128,7 +128,7 @@ TEST(AlikeCandidates, pieces_that_nothing_is_like_are_not_tried) {
 TEST(AlikeCandidates, of_nothing_are_none) {
   Pieces pieces;
   EXPECT_TRUE(pieces.alike(3, 24).empty());
-  pieces.add(0, kWay);
+  pieces.add(0, kPath);
   EXPECT_TRUE(pieces.alike(3, 24).empty());
   pieces.add(1, {look(10)});
   EXPECT_TRUE(pieces.alike(3, 0).empty());

@@ -12,7 +12,7 @@ using geometry::Vec3;
 
 namespace {
 
-/// The map of a group in its first vehicle's upright odom.
+/// The map of a group in its first vehicle's levelled odom.
 SE3 T_level_map(const VehiclePath& path) {
   return level_start(T_level_odom(path) * path.nodes().front().step.T_odom_body, Vec3::UnitZ());
 }
@@ -39,10 +39,10 @@ const VehiclePath* path_of(std::span<const VehiclePath> paths, StreamKey stream)
 }
 
 std::vector<std::size_t> begins_of(std::span<const VehiclePath> paths,
-                                   const RoundBoundary* before) {
+                                   const SeparatorPrior* before) {
   std::vector<std::size_t> begins(paths.size(), 0);
   if (before == nullptr) return begins;
-  for (const BoundaryPath& known : before->paths) {
+  for (const SeparatorPath& known : before->paths) {
     for (std::size_t i = 0; i < paths.size(); ++i) {
       if (stream_of(paths[i]) != known.stream) continue;
       begins[i] = paths[i].index_of(known.node).value_or(0);
@@ -84,7 +84,7 @@ void add_start(const VehiclePath& relative_to, const VehiclePath& path, const SE
   const SE3 T_relative = T_level_map(relative_to);
   const YawPose T = YawPose::of(T_relative * T_relative_path * T_first.inverse());
   PoseEvidence prior = prior_evidence(stream_of(path), stream_of(relative_to), T, settings);
-  // What was measured is where the body stood, not the origin of odom.
+  // The measured point is the position of the body, not the origin of odom.
   prior.pivot_a_m = T_first.p;
   prior.place_b_m = (T_relative * T_relative_path).p;
   solver.add_evidence(prior);

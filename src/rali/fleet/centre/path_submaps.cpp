@@ -10,56 +10,57 @@ using geometry::Vec3;
 
 namespace {
 
-/// A keyframe with points, and how far along the path it is.
+/// A keyframe with points, and its distance along the path.
 struct Stop {
   std::size_t node = 0;
-  double way_m = 0.0;
+  double path_m = 0.0;
   const KeyframePoints* points = nullptr;
 };
 
-/// What one submap is made of; indices of stops.
+/// Content of one submap; indices of stops.
 struct Cut {
   std::size_t path = 0;
   std::size_t first = 0, last = 0, middle = 0;
 };
 
-/// One list per map of the path: a new one begins where the vehicle lost the old. A leap counts no
-/// more than a piece: no piece reaches across it, and a million metres of nothing need no pieces.
+/// One list per map of the path: a new one begins where the vehicle lost the old one. A leap counts
+/// at most as one piece: no piece spans it, and a leap of a million metres needs no empty pieces.
 std::vector<std::vector<Stop>> stops_of(const VehiclePath& path, std::size_t begin, double leap_m) {
   std::vector<std::vector<Stop>> parts(1);
-  double way_m = 0.0;
+  double path_m = 0.0;
   const auto& nodes = path.nodes();
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     const Increment& step = nodes[k].step;
     if (k > 0 && !step.begins) {
-      way_m += std::min(leap_m, (step.T_odom_body.p - nodes[k - 1].step.T_odom_body.p).norm());
+      path_m += std::min(leap_m, (step.T_odom_body.p - nodes[k - 1].step.T_odom_body.p).norm());
     }
     if (step.begins && !parts.back().empty()) parts.emplace_back();
     if (!step.keyframe || k < begin) continue;
     const auto points = path.points().find(*step.keyframe);
     if (points == path.points().end() || points->second.size() == 0) continue;
-    parts.back().push_back({k, way_m, &points->second});
+    parts.back().push_back({k, path_m, &points->second});
   }
   std::erase_if(parts, [](const std::vector<Stop>& part) { return part.empty(); });
   return parts;
 }
 
-/// Pieces of a length, a step from one to the next; the last one reaches to the end.
+/// Pieces of a given length at given steps; the last one reaches to the end.
 std::vector<Cut> cuts_of(const std::vector<Stop>& stops, std::size_t path, const CutSettings& cut) {
   std::vector<Cut> cuts;
-  const double end_m = stops.back().way_m;
-  for (double at_m = stops.front().way_m;; at_m += cut.step_m) {
-    const double begin_m = std::max(stops.front().way_m, std::min(at_m, end_m - cut.length_m));
+  const double end_m = stops.back().path_m;
+  for (double at_m = stops.front().path_m;; at_m += cut.step_m) {
+    const double start_m = std::max(stops.front().path_m, std::min(at_m, end_m - cut.length_m));
     Cut c;
     c.path = path;
-    while (c.first + 1 < stops.size() && stops[c.first].way_m < begin_m) ++c.first;
+    while (c.first + 1 < stops.size() && stops[c.first].path_m < start_m) ++c.first;
     c.last = c.first;
-    while (c.last + 1 < stops.size() && stops[c.last + 1].way_m <= begin_m + cut.length_m) ++c.last;
-    const double middle_m = 0.5 * (stops[c.first].way_m + stops[c.last].way_m);
+    while (c.last + 1 < stops.size() && stops[c.last + 1].path_m <= start_m + cut.length_m)
+      ++c.last;
+    const double middle_m = 0.5 * (stops[c.first].path_m + stops[c.last].path_m);
     c.middle = c.first;
-    while (c.middle < c.last && stops[c.middle].way_m < middle_m) ++c.middle;
+    while (c.middle < c.last && stops[c.middle].path_m < middle_m) ++c.middle;
     cuts.push_back(c);
-    if (begin_m + cut.length_m >= end_m) break;
+    if (start_m + cut.length_m >= end_m) break;
   }
   return cuts;
 }
@@ -93,7 +94,7 @@ std::optional<PathSubmap> make(const VehiclePath& path, const std::vector<Stop>&
   PathSubmap out;
   out.path = cut.path;
   out.node = stops[cut.middle].node;
-  out.way_m = stops[cut.middle].way_m;
+  out.path_m = stops[cut.middle].path_m;
   out.T_odom_ref = scans[middle].T_odom_body * submap->T_ref_body().inverse();
   out.descriptor = places::describe(*submap, settings.descriptor);
   out.submap = std::move(*submap);

@@ -11,7 +11,7 @@
 
 namespace rali::fleet {
 
-/// How paths are cut into pieces that are compared with each other.
+/// How paths are cut into pieces for comparison.
 struct CutSettings {
   double length_m = 8.0;
   double step_m = 4.0;
@@ -25,19 +25,19 @@ struct CutSettings {
   }
 };
 
-/// A piece of a vehicle's path with what was seen from it.
+/// A piece of a vehicle's path with the points observed from it.
 struct PathSubmap {
   std::size_t path = 0;      ///< index in the list of paths
   std::size_t node = 0;      ///< index of the middle keyframe's node in its path
-  double way_m = 0.0;        ///< from the path's start to there; a leap counts as one piece
+  double path_m = 0.0;       ///< from the path's start to the middle; a leap counts as one piece
   geometry::SE3 T_odom_ref;  ///< of the submap's frame
   places::Submap submap;
   places::Descriptor descriptor;
 };
 
-/// Cuts paths into pieces, each with its keyframes' points where those have arrived.
-/// @param begins index of the first node of each path that counts; empty: all count
-/// @param stop where it is raised, pieces are missing
+/// Cuts paths into pieces, each with its keyframes' points if those have arrived.
+/// @param begins index of the first node of each path that is used; empty: all are used
+/// @param stop if it is raised, pieces are missing
 [[nodiscard]] std::vector<PathSubmap> cut_into_submaps(std::span<const VehiclePath> paths,
                                                        const CutSettings& cut,
                                                        const places::PlacesSettings& places,

@@ -36,13 +36,13 @@ TEST(PathSubmaps, of_8_m_begin_every_4_m) {
   const std::vector<PathSubmap> pieces = cut(path_at(x_m));
   ASSERT_EQ(pieces.size(), 3U);
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    EXPECT_DOUBLE_EQ(pieces[i].way_m, 4.0 + 4.0 * static_cast<double>(i));
+    EXPECT_DOUBLE_EQ(pieces[i].path_m, 4.0 + 4.0 * static_cast<double>(i));
     EXPECT_EQ(pieces[i].submap.scans().size(), 9U);
   }
 }
 
 TEST(PathSubmaps, a_leap_of_a_path_makes_no_piece_for_each_4_m_of_it) {
-  // A vehicle that has lost its way, or lies, may leap as far as a message can say.
+  // A vehicle that has lost track, or sends wrong data, may leap as far as a message can encode.
   std::vector<double> x_m;
   for (int k = 0; k < 10; ++k) x_m.push_back(k % 2 == 0 ? 9e6 : -9e6);
   EXPECT_LE(cut(path_at(x_m)).size(), 2 * x_m.size());

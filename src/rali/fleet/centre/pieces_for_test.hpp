@@ -1,6 +1,6 @@
 #pragma once
 
-// Pieces of path and what comparing them brought, made by hand.
+// Hand-made pieces of paths and results of comparing them.
 
 #include <vector>
 
@@ -19,7 +19,7 @@ inline VehiclePath standing(std::uint16_t id) {
   return path;
 }
 
-/// 10 m straight ahead, seen by a LiDAR that knows all directions.
+/// 10 m straight ahead, with a LiDAR that constrains all directions.
 inline VehiclePath straight_path(std::uint16_t id) {
   VehiclePath p(VehicleId{id});
   p.add(Time::from_s(0), EpochStart{"v", {geometry::Vec3::Zero()}});
@@ -39,7 +39,7 @@ inline VehiclePath straight_path(std::uint16_t id) {
   return p;
 }
 
-/// The piece around a node that is a keyframe: a single point, for it is not compared.
+/// The piece around a node that is a keyframe: a single point, because it is not compared.
 inline PathSubmap piece_of(const VehiclePath& path, std::size_t index, std::size_t node) {
   const std::vector<float> x = {1.0F};
   const Increment& step = path.nodes()[node].step;
@@ -55,7 +55,7 @@ inline PathSubmap piece_of(const VehiclePath& path, std::size_t index, std::size
   return piece;
 }
 
-/// A comparison without rival: where the source lies in the target, to so much in all directions.
+/// A comparison without rival: source in the target, with the same sigma in all directions.
 inline LoopFound seen_at(const geometry::Vec3& p_m, std::size_t target, std::size_t source,
                          double sigma) {
   LoopFound found;

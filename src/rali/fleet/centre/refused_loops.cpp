@@ -10,7 +10,7 @@ namespace rali::fleet {
 
 namespace {
 
-/// The loops between two vehicles that their graph refuses; none if it takes one of them.
+/// The loops between two vehicles that their graph rejects; none if it accepts one of them.
 std::vector<const LoopVerdict*> refused(std::span<const LoopVerdict> loops, VehicleId a,
                                         VehicleId b) {
   std::vector<const LoopVerdict*> out;
@@ -27,12 +27,12 @@ std::vector<const LoopVerdict*> refused(std::span<const LoopVerdict> loops, Vehi
 std::vector<Loop> add_refused_loops(std::span<const VehiclePath> paths,
                                     std::span<const LoopVerdict> loops,
                                     const InitSettings& settings, FrameSolver& evidence) {
-  constexpr std::size_t kLeast = 3;
+  constexpr std::size_t kMin = 3;
   std::vector<Loop> out;
   for (std::size_t b = 0; b < paths.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
       const auto between = refused(loops, paths[a].vehicle(), paths[b].vehicle());
-      if (between.size() < kLeast) continue;
+      if (between.size() < kMin) continue;
       for (const LoopVerdict* loop : between) {
         const auto target = node_of(paths, loop->from), source = node_of(paths, loop->to);
         if (!target || !source) continue;

@@ -10,11 +10,11 @@
 
 namespace rali::fleet {
 
-/// Wrong frames, be they of a start pose or of ranges, show in their loops: what two vehicles saw
-/// of one place refuses to lie where the frames put it, every time, and nothing lies there. Where a
-/// place is one of many alike, some does. Such loops become evidence on the frames, against which
-/// start poses and ranges have to stand.
-/// @param loops as judged with the frames  @param evidence to which they are added
+/// Detects wrong frames, from a start pose or from ranges, by their loops. If frames are wrong,
+/// every loop between the two vehicles contradicts them, and none agrees. If the place only
+/// resembles others, some loop agrees. Loops that contradict without exception become evidence on
+/// the frames, in competition with start poses and ranges.
+/// @param loops as tested with the frames  @param evidence to which they are added
 /// @return these loops
 [[nodiscard]] std::vector<Loop> add_refused_loops(std::span<const VehiclePath> paths,
                                                   std::span<const LoopVerdict> loops,

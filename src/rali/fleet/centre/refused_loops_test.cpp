@@ -9,8 +9,8 @@
 namespace rali::fleet {
 namespace {
 
-/// The second vehicle starts 3 m to the left of the first. The start pose, given as known to 0.15
-/// m, says 6 m.
+/// The second vehicle starts 3 m to the left of the first. The start pose, with a sigma of 0.15 m,
+/// gives 6 m.
 class RefusedLoops : public ::testing::Test {
  protected:
   RefusedLoops() {
@@ -27,7 +27,7 @@ class RefusedLoops : public ::testing::Test {
               evidence);
   }
 
-  /// As the graph refuses it: both stand at keyframe k.
+  /// As rejected by the graph: both are at keyframe k.
   static LoopVerdict refused(std::uint32_t k, std::uint16_t from = 1, std::uint16_t to = 2) {
     LoopVerdict loop;
     loop.from = {VehicleId{from}, k};

@@ -25,7 +25,7 @@ std::size_t nodes_from(std::span<const VehiclePath> paths, std::span<const std::
 
 RoundCentre::RoundCentre(const FleetSettings& settings, FleetKnowledge knowledge)
     : centre_(settings, std::move(knowledge)),
-      history_(static_cast<std::size_t>(settings.boundary.kept)) {}
+      history_(static_cast<std::size_t>(settings.separator.kept)) {}
 
 const FleetEstimate& RoundCentre::estimate(Executor& executor, StopFlag stop) {
   solve(std::nullopt, executor, stop);
@@ -37,23 +37,23 @@ const FleetEstimate& RoundCentre::end_round(Time t, Executor& executor, StopFlag
   return last_;
 }
 
-/// Whoever has told nothing since the last boundary is not waited for.
+/// Vehicles without facts since the last separator are ignored.
 Time RoundCentre::end_of(Time t) const {
   Time end = t;
   for (const VehiclePath& path : paths()) {
     const Time last = path.nodes().back().t;
-    if (!boundary_ || last > boundary_->until) end = std::min(end, last);
+    if (!separator_ || last > separator_->until) end = std::min(end, last);
   }
   return end;
 }
 
 RoundCentre::Saved RoundCentre::saved() const {
-  return {done_, boundary_, history_, cut_from_, memory_};
+  return {done_, separator_, history_, cut_from_, memory_};
 }
 
 void RoundCentre::restore(Saved saved) {
   done_ = std::move(saved.done);
-  boundary_ = std::move(saved.boundary);
+  separator_ = std::move(saved.separator);
   history_ = std::move(saved.history);
   cut_from_ = std::move(saved.cut_from);
   memory_ = std::move(saved.memory);
@@ -74,19 +74,19 @@ void RoundCentre::solve(std::optional<Time> until, Executor& executor, StopFlag 
   std::vector<Time> ends;
   if (until) ends.push_back(*until);
   Saved before = saved();
-  const bool done = boundary_holds() ? solve_from_boundary(std::move(ends), executor)
-                                     : solve_all(std::move(ends), executor);
+  const bool done = separator_holds() ? solve_from_separator(std::move(ends), executor)
+                                      : solve_all(std::move(ends), executor);
   stop_ = {};
   if (done) return;
   restore(std::move(before));
   static_cast<void>(keep_finished(std::move(pieces_)));
 }
 
-bool RoundCentre::solve_from_boundary(std::vector<Time> ends, Executor& executor) {
-  // As it was before any was solved again: from there on the last rounds are others, and each loop
-  // would lead to one before.
+bool RoundCentre::solve_from_separator(std::vector<Time> ends, Executor& executor) {
+  // Taken before any round is solved again: afterwards the last rounds are different ones, and each
+  // loop would lead one round further back.
   const std::vector<std::size_t> lately =
-      history_.begins(paths(), static_cast<std::size_t>(centre_.settings().boundary.near_rounds));
+      history_.begins(paths(), static_cast<std::size_t>(centre_.settings().separator.near_rounds));
   for (std::size_t steps = 1;; steps *= 2) {
     Solution solution = solve_round(ends, executor);
     const std::vector<std::size_t> back_to = look_back(solution, lately, executor);
@@ -94,7 +94,7 @@ bool RoundCentre::solve_from_boundary(std::vector<Time> ends, Executor& executor
       pieces_ = std::move(solution.pieces);
       return false;
     }
-    const bool moved = boundary_moved(solution.estimate);
+    const bool moved = separator_moved(solution.estimate);
     const bool closes = back_to != begins();
     std::vector<PathSubmap> of_round = keep_finished(std::move(solution.pieces));
     if (!closes && !moved) {
@@ -108,21 +108,22 @@ bool RoundCentre::solve_from_boundary(std::vector<Time> ends, Executor& executor
   }
 }
 
-void RoundCentre::take(std::vector<RoundBoundary> boundaries) {
-  for (RoundBoundary& boundary : boundaries) {
-    if (boundary_) history_.push(std::move(*boundary_));
-    boundary_ = std::move(boundary);
+void RoundCentre::take(std::vector<SeparatorPrior> boundaries) {
+  for (SeparatorPrior& separator : boundaries) {
+    if (separator_) history_.push(std::move(*separator_));
+    separator_ = std::move(separator);
   }
 }
 
-/// What is before the boundary is not cut again, nor what was before a later one that is gone.
+/// Nodes before the separator are not cut again, nor those before a later one that was dropped.
 void RoundCentre::cut_on() {
   const std::vector<std::size_t> first = begins();
   cut_from_.resize(first.size(), 0);
   for (std::size_t i = 0; i < first.size(); ++i) cut_from_[i] = std::max(cut_from_[i], first[i]);
 }
 
-/// Pieces of finished rounds stay, whatever boundary they were solved on: their points may be gone.
+/// Pieces of finished rounds are kept, whatever separator they were solved on: their points may be
+/// freed.
 /// @return the others
 std::vector<PathSubmap> RoundCentre::keep_finished(std::vector<PathSubmap> pieces) {
   cut_on();
@@ -133,26 +134,26 @@ std::vector<PathSubmap> RoundCentre::keep_finished(std::vector<PathSubmap> piece
   return {std::move_iterator(others), std::move_iterator(pieces.end())};
 }
 
-/// To solve again what came after an earlier boundary. @return false if there is none before
-/// these nodes
-/// @param ends of rounds that get boundaries again are put in front
+/// Prepares solving again from an earlier separator. @return false if there is none before these
+/// nodes
+/// @param ends of rounds that get a separator again are put in front
 bool RoundCentre::go_back(std::span<const std::size_t> nodes, std::size_t steps,
                           std::vector<Time>& ends) {
-  if (ends.empty() || ends.front() > boundary_->until) {
-    ends.insert(ends.begin(), boundary_->until);
+  if (ends.empty() || ends.front() > separator_->until) {
+    ends.insert(ends.begin(), separator_->until);
   }
-  std::optional<RoundBoundary> earlier = history_.take(paths(), nodes, steps, ends);
+  std::optional<SeparatorPrior> earlier = history_.take(paths(), nodes, steps, ends);
   if (!earlier || !JointGraph::fits(*earlier, paths(), centre_.settings().joint)) return false;
-  boundary_ = std::move(earlier);
+  separator_ = std::move(earlier);
   keep_done();
   ++work_.reopened;
   return true;
 }
 
-/// All paths must be there and have been joined: who comes later is joined by all facts.
-bool RoundCentre::boundary_holds() const {
-  return boundary_ && boundary_->paths.size() == paths().size() &&
-         JointGraph::fits(*boundary_, paths(), centre_.settings().joint);
+/// All paths must exist and be joined: a vehicle that comes later is joined by all facts.
+bool RoundCentre::separator_holds() const {
+  return separator_ && separator_->paths.size() == paths().size() &&
+         JointGraph::fits(*separator_, paths(), centre_.settings().joint);
 }
 
 Solution RoundCentre::solve_for(SolutionInput in, Executor& executor) {
@@ -172,14 +173,14 @@ Solution RoundCentre::solve_round(std::vector<Time> ends, Executor& executor) {
   work_.nodes = nodes_from(paths(), begins());
   SolutionInput in{
       .paths = paths(), .knowledge = centre_.knowledge(), .settings = centre_.settings()};
-  in.before = &*boundary_;
+  in.before = &*separator_;
   in.ends = std::move(ends);
   return solve_for(std::move(in), executor);
 }
 
 bool RoundCentre::solve_all(std::vector<Time> ends, Executor& executor) {
   ++work_.whole;
-  if (ends.empty() && boundary_) ends.push_back(boundary_->until);
+  if (ends.empty() && separator_) ends.push_back(separator_->until);
   work_.nodes = nodes_from(paths(), std::vector<std::size_t>(paths().size(), 0));
   SolutionInput in{
       .paths = paths(), .knowledge = centre_.knowledge(), .settings = centre_.settings()};
@@ -192,7 +193,7 @@ bool RoundCentre::solve_all(std::vector<Time> ends, Executor& executor) {
     return false;
   }
   done_ = {};
-  boundary_.reset();
+  separator_.reset();
   history_.clear();
   cut_from_.assign(paths().size(), 0);
   last_ = std::move(solution.estimate);
@@ -208,13 +209,13 @@ bool RoundCentre::solve_all(std::vector<Time> ends, Executor& executor) {
 }
 
 std::vector<std::size_t> RoundCentre::begins() const {
-  return begins_of(paths(), boundary_ ? &*boundary_ : nullptr);
+  return begins_of(paths(), separator_ ? &*separator_ : nullptr);
 }
 
-/// A boundary is linearised, and one that moves far was wrong about something.
-bool RoundCentre::boundary_moved(const FleetEstimate& estimate) const {
-  const BoundarySettings& s = centre_.settings().boundary;
-  for (const BoundaryPath& known : boundary_->paths) {
+/// A separator prior is linearised; one that moves far was wrong.
+bool RoundCentre::separator_moved(const FleetEstimate& estimate) const {
+  const SeparatorSettings& s = centre_.settings().separator;
+  for (const SeparatorPath& known : separator_->paths) {
     for (std::size_t i = 0; i < paths().size(); ++i) {
       if (stream_of(paths()[i]) != known.stream) continue;
       const auto node = paths()[i].index_of(known.node);
@@ -230,7 +231,7 @@ bool RoundCentre::boundary_moved(const FleetEstimate& estimate) const {
   return false;
 }
 
-/// Finished rounds and the live one as one estimate.
+/// Combines finished rounds and the live one into one estimate.
 void RoundCentre::merge(FleetEstimate live) {
   last_ = done_;
   last_.keyframes.merge(live.keyframes);
@@ -243,7 +244,7 @@ void RoundCentre::merge(FleetEstimate live) {
                    });
 }
 
-/// What lies before the boundary is done: it stays as the last estimate has it.
+/// Nodes before the separator are finished: they keep the poses of the last estimate.
 void RoundCentre::keep_done() {
   const std::vector<std::size_t> first = begins();
   const auto is_done = [&](KeyframeId id) {
@@ -271,9 +272,9 @@ void RoundCentre::finish(std::vector<PathSubmap> pieces) {
   work_.pieces = pieces_.size();
 }
 
-/// A fleet that goes over the same ground again and again keeps one piece of each place.
+/// A fleet that drives over the same ground repeatedly keeps one piece of each place.
 void RoundCentre::keep(PathSubmap piece) {
-  const BoundarySettings& s = centre_.settings().boundary;
+  const SeparatorSettings& s = centre_.settings().separator;
   const auto at = last_.keyframes.find(piece.submap.middle());
   const auto same = [&](const PathSubmap& other) {
     const auto there = last_.keyframes.find(other.submap.middle());
@@ -286,7 +287,8 @@ void RoundCentre::keep(PathSubmap piece) {
   if (std::none_of(pieces_.begin(), pieces_.end(), same)) pieces_.push_back(std::move(piece));
 }
 
-/// Paths may have come, and nodes that were on their way: pieces are found again by their middles.
+/// New paths, or nodes that were in transit, may have arrived: pieces are located again by their
+/// middles.
 void RoundCentre::find_pieces() {
   std::vector<StreamKey> streams;
   for (const VehiclePath& path : paths()) streams.push_back(stream_of(path));
@@ -301,26 +303,26 @@ void RoundCentre::find_pieces() {
     const auto node = paths()[piece.path].node_of(piece.submap.middle().seq);
     if (node) piece.node = *node;
   }
-  if (boundary_ && cut_from_.size() == paths().size()) {
+  if (separator_ && cut_from_.size() == paths().size()) {
     const std::vector<std::size_t> first = begins();
     for (std::size_t i = 0; i < first.size(); ++i) cut_from_[i] = std::min(cut_from_[i], first[i]);
   }
 }
 
-std::optional<FleetEstimate> finished_before(const RoundBoundary& boundary,
+std::optional<FleetEstimate> finished_before(const SeparatorPrior& separator,
                                              std::span<const VehiclePath> paths,
                                              const std::map<KeyframeId, KeyframePose>& keyframes,
                                              const FleetSettings& settings) {
-  if (settings.solve == SolveWhat::kAll || boundary.paths.size() != paths.size() ||
-      !JointGraph::fits(boundary, paths, settings.joint)) {
+  if (settings.solve == SolveWhat::kAll || separator.paths.size() != paths.size() ||
+      !JointGraph::fits(separator, paths, settings.joint)) {
     return std::nullopt;
   }
   FleetEstimate done;
   done.groups.emplace_back();
   for (const VehiclePath& path : paths) {
     const auto known =
-        std::find_if(boundary.paths.begin(), boundary.paths.end(),
-                     [&](const BoundaryPath& b) { return b.stream == stream_of(path); });
+        std::find_if(separator.paths.begin(), separator.paths.end(),
+                     [&](const SeparatorPath& b) { return b.stream == stream_of(path); });
     const std::size_t begin = *path.index_of(known->node);
     VehicleFrame frame;
     frame.vehicle = path.vehicle();
@@ -345,15 +347,15 @@ std::optional<FleetEstimate> finished_before(const RoundBoundary& boundary,
   return done;
 }
 
-bool RoundCentre::take_over(const RoundBoundary& boundary,
+bool RoundCentre::take_over(const SeparatorPrior& separator,
                             const std::map<KeyframeId, KeyframePose>& keyframes) {
-  auto done = finished_before(boundary, paths(), keyframes, centre_.settings());
+  auto done = finished_before(separator, paths(), keyframes, centre_.settings());
   if (!done) return false;
   done_ = std::move(*done);
   last_ = done_;
-  if (boundary_) history_.push(std::move(*boundary_));
-  history_.keep_true(paths(), done_, boundary.until, centre_.settings().boundary.moved_m);
-  boundary_ = boundary;
+  if (separator_) history_.push(std::move(*separator_));
+  history_.keep_true(paths(), done_, separator.until, centre_.settings().separator.moved_m);
+  separator_ = separator;
   return true;
 }
 

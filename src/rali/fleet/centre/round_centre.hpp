@@ -7,58 +7,59 @@
 
 #include "rali/base/executor.hpp"
 #include "rali/base/stop_flag.hpp"
-#include "rali/fleet/centre/boundary_history.hpp"
 #include "rali/fleet/centre/centre.hpp"
+#include "rali/fleet/centre/separator_history.hpp"
 #include "rali/fleet/centre/solution.hpp"
 
 namespace rali::fleet {
 
-/// What another anchor has left of finished rounds, as an estimate: frames and keyframes before its
-/// boundary. Nothing: the boundary does not fit the paths, or a keyframe is missing.
+/// The finished rounds of another anchor as an estimate: frames and keyframes before its separator.
+/// Nothing: the separator prior does not fit the paths, or a keyframe is missing.
 [[nodiscard]] std::optional<FleetEstimate> finished_before(
-    const RoundBoundary& boundary, std::span<const VehiclePath> paths,
+    const SeparatorPrior& separator, std::span<const VehiclePath> paths,
     const std::map<KeyframeId, KeyframePose>& keyframes, const FleetSettings& settings);
 
 /// The centre over a mission of many rounds: it keeps what it has solved. Nodes of finished rounds
-/// stay where the end of their round left them, and all that their facts say about what follows is
-/// a prior on the nodes at the boundary; the current round alone is solved (paper, "Incremental
-/// Global PGO"; algorithms_fleet 8.5). When a loop to an earlier round closes, or the boundary
-/// turns out to be wrong, what came after an earlier boundary is solved again; where there is none,
-/// and while not all vehicles share a frame, everything is. With SolveWhat::kAll it is a Centre.
+/// stay at their estimate from the end of their round. The information of their facts on later
+/// nodes becomes a prior on the nodes at the separator. Only the current round is solved (paper,
+/// "Incremental Global PGO"; algorithms_fleet 8.5). If a loop to an earlier round closes, or the
+/// separator prior proves wrong, everything after an earlier separator is solved again. All facts
+/// are solved if there is none, and while not all vehicles share a frame. With SolveWhat::kAll it
+/// is a Centre.
 class RoundCentre {
  public:
   RoundCentre(const FleetSettings& settings, FleetKnowledge knowledge);
 
   void add(const Fact& fact) { centre_.add(fact); }
 
-  /// Solves for what is known. @param stop where it is raised meanwhile, all stays as it was
+  /// Solves for all known facts. @param stop if it is raised meanwhile, nothing changes
   const FleetEstimate& estimate(Executor& executor, StopFlag stop = {});
 
-  /// The same, and then the round is over: what is known up to `t`, or to the last word of whoever
-  /// told something in this round, is finished.
+  /// The same, and then ends the round: everything up to `t` is finished, or up to the earliest
+  /// last node of the vehicles that sent facts in this round.
   const FleetEstimate& end_round(Time t, Executor& executor, StopFlag stop = {});
 
-  /// Goes on from what the last anchor left: its boundary and where it had the keyframes before it.
-  /// @return false: it does not fit the facts that are here, or a keyframe is missing; nothing is
+  /// Continues from the last anchor: its separator prior and its poses of earlier keyframes.
+  /// @return false: it does not fit the local facts, or a keyframe is missing; nothing is
   /// changed then, and the next estimate is one of all facts
-  bool take_over(const RoundBoundary& boundary,
+  bool take_over(const SeparatorPrior& separator,
                  const std::map<KeyframeId, KeyframePose>& keyframes);
 
-  /// Points that only estimates of finished rounds would need; other than these need no points.
+  /// Frees points that only estimates of finished rounds would need; other estimates need none.
   void forget_finished_points();
 
   [[nodiscard]] const std::vector<VehiclePath>& paths() const { return centre_.paths(); }
 
   [[nodiscard]] const FleetEstimate& last() const { return last_; }
 
-  [[nodiscard]] const std::optional<RoundBoundary>& boundary() const { return boundary_; }
+  [[nodiscard]] const std::optional<SeparatorPrior>& separator() const { return separator_; }
 
-  /// What the solutions have cost so far.
+  /// Cost of the solutions so far.
   struct Work {
     std::size_t whole = 0, rounds = 0;  ///< solutions of each kind
-    std::size_t reopened = 0;           ///< of those of rounds, such on an earlier boundary
+    std::size_t reopened = 0;           ///< of the rounds: such on an earlier separator
     std::size_t nodes = 0;              ///< of the last one
-    std::size_t pieces = 0;             ///< of path that are kept for loops
+    std::size_t pieces = 0;             ///< of paths, kept for loops
     std::size_t all_nodes = 0;          ///< of all solutions, in sum
     std::size_t cut = 0, compared = 0;  ///< pieces, and pairs of pieces
   };
@@ -66,36 +67,36 @@ class RoundCentre {
   [[nodiscard]] const Work& work() const { return work_; }
 
  private:
-  /// What a solution changes on its way; the pieces of path it gives back itself.
+  /// State that a solution changes; the pieces of paths are returned by the solution itself.
   struct Saved {
     FleetEstimate done;
-    std::optional<RoundBoundary> boundary;
-    BoundaryHistory history;
+    std::optional<SeparatorPrior> separator;
+    SeparatorHistory history;
     std::vector<std::size_t> cut_from;
     LoopMemory memory;
   };
 
   void solve(std::optional<Time> until, Executor& executor, StopFlag stop);
-  // False where the flag is raised: then all but the pieces has to be restored.
-  [[nodiscard]] bool solve_from_boundary(std::vector<Time> ends, Executor& executor);
+  // False if the flag is raised: then all but the pieces must be restored.
+  [[nodiscard]] bool solve_from_separator(std::vector<Time> ends, Executor& executor);
   [[nodiscard]] bool solve_all(std::vector<Time> ends, Executor& executor);
   [[nodiscard]] Solution solve_round(std::vector<Time> ends, Executor& executor);
   [[nodiscard]] Solution solve_for(SolutionInput in, Executor& executor);
   [[nodiscard]] Saved saved() const;
   void restore(Saved saved);
-  [[nodiscard]] bool boundary_holds() const;
-  [[nodiscard]] bool boundary_moved(const FleetEstimate& estimate) const;
+  [[nodiscard]] bool separator_holds() const;
+  [[nodiscard]] bool separator_moved(const FleetEstimate& estimate) const;
   [[nodiscard]] std::vector<std::size_t> look_back(const Solution& solution,
                                                    std::span<const std::size_t> lately,
                                                    Executor& executor);
   [[nodiscard]] bool go_back(std::span<const std::size_t> nodes, std::size_t steps,
                              std::vector<Time>& ends);
-  void take(std::vector<RoundBoundary> boundaries);
+  void take(std::vector<SeparatorPrior> boundaries);
 
-  /// How two keyframes lie to each other by an estimate.
+  /// Relative pose of two keyframes by an estimate.
   struct Between {
     geometry::SE3 T_map_from, T_map_to;
-    geometry::Mat6 covariance;  ///< of relative_covariance(), at most
+    geometry::Mat6 covariance;  ///< of relative_covariance(), upper bound
   };
 
   [[nodiscard]] std::optional<Between> between(KeyframeId from, KeyframeId to,
@@ -116,16 +117,16 @@ class RoundCentre {
 
   Centre centre_;
   FleetEstimate last_;
-  FleetEstimate done_;  ///< of the nodes before the boundary; frames and groups of all
-  std::optional<RoundBoundary> boundary_;
-  BoundaryHistory history_;           ///< before boundary_
+  FleetEstimate done_;  ///< of the nodes before the separator; frames and groups of all
+  std::optional<SeparatorPrior> separator_;
+  SeparatorHistory history_;          ///< before separator_
   std::optional<PathFrames> frames_;  ///< once all vehicles share one
-  std::vector<StreamKey> streams_;    ///< of the paths that pieces_ and frames_ count by
+  std::vector<StreamKey> streams_;    ///< of the paths that pieces_ and frames_ index
   LoopMemory memory_;
   ComparedPieces compared_;
   std::vector<PathSubmap> pieces_;     ///< of finished rounds
-  std::vector<std::size_t> cut_from_;  ///< what is before has been cut
-  StopFlag stop_;                      ///< of the solution that is being made
+  std::vector<std::size_t> cut_from_;  ///< earlier nodes have been cut
+  StopFlag stop_;                      ///< of the current solution
   Work work_;
 };
 

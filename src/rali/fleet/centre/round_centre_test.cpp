@@ -75,7 +75,7 @@ TEST(RoundCentre, a_third_round_on_the_boundary_is_as_if_all_were_solved_at_once
 
 TEST(RoundCentre, speeds_and_biases_of_blind_rounds_go_on_over_the_boundary) {
   RoundsForTest options;
-  options.blind = true;
+  options.degenerate = true;
   const Both both = by_rounds_and_at_once(options, exact_rounds(), 3);
   EXPECT_EQ(both.work.whole, 1U);
   expect_equal(both, 1e-3);
@@ -103,7 +103,7 @@ TEST(RoundCentre, an_estimate_within_a_round_leaves_its_end_as_it_is) {
   }
   for (const auto& [id, pose] : once.last().keyframes) {
     const SE3& other = often.last().keyframes.at(id).T_map_body;
-    // Frames found earlier are another start, and give ranges another rate: microns.
+    // Earlier frames are another linearisation, and give another sampling of ranges: microns.
     EXPECT_LT(geometry::boxminus(other, pose.T_map_body).norm(), 1e-4);
   }
 }
@@ -122,14 +122,14 @@ TEST(RoundCentre, sixty_rounds_cost_each_what_the_third_did) {
   for (int r = 0; r < 60; ++r) {
     for (const Fact& fact : fleet.round()) centre.add(fact);
     const FleetEstimate& estimate = centre.end_round(fleet.now(), executor);
-    ASSERT_TRUE(centre.boundary());
+    ASSERT_TRUE(centre.separator());
     if (r == 2) {
       nodes = centre.work().nodes;
-      unknowns = centre.boundary()->unknowns();
+      unknowns = centre.separator()->unknowns();
     }
     if (r <= 2) continue;
     EXPECT_LE(centre.work().nodes, nodes + 3) << r;
-    EXPECT_LE(centre.boundary()->unknowns(), unknowns) << r;
+    EXPECT_LE(centre.separator()->unknowns(), unknowns) << r;
     for (std::size_t v = 1; v < 3; ++v) {
       const KeyframePose& last =
           std::prev(estimate.keyframes.upper_bound({FleetForTest::id(v), 1000000U}))->second;
@@ -145,7 +145,7 @@ TEST(RoundCentre, who_comes_to_an_old_boundary_solves_what_came_since) {
   SerialExecutor executor;
   FleetForTest fleet({});
   RoundCentre first(exact_rounds(), fleet.knowledge()), heir(exact_rounds(), fleet.knowledge());
-  std::optional<RoundBoundary> old;
+  std::optional<SeparatorPrior> old;
   std::map<KeyframeId, KeyframePose> poses;
   for (int r = 0; r < 3; ++r) {
     for (const Fact& fact : fleet.round()) {
@@ -154,10 +154,10 @@ TEST(RoundCentre, who_comes_to_an_old_boundary_solves_what_came_since) {
     }
     first.end_round(fleet.now(), executor);
     if (r != 0) continue;
-    old = first.boundary();
+    old = first.separator();
     poses = first.last().keyframes;
   }
-  RoundBoundary broken = *old;
+  SeparatorPrior broken = *old;
   broken.H(0, 0) = -broken.H(0, 0);
   EXPECT_FALSE(heir.take_over(broken, poses)) << "information below none";
   broken = *old;
@@ -168,7 +168,7 @@ TEST(RoundCentre, who_comes_to_an_old_boundary_solves_what_came_since) {
   const FleetEstimate& late = heir.estimate(executor);
   EXPECT_EQ(heir.work().whole, 0U);
   for (const auto& [id, pose] : first.last().keyframes) {
-    if (pose.t <= first.boundary()->until - Duration::from_s(8.0)) continue;
+    if (pose.t <= first.separator()->until - Duration::from_s(8.0)) continue;
     const SE3& other = late.keyframes.at(id).T_map_body;
     EXPECT_LT(geometry::boxminus(other, pose.T_map_body).norm(), 2e-3);
   }
@@ -177,7 +177,7 @@ TEST(RoundCentre, who_comes_to_an_old_boundary_solves_what_came_since) {
 struct Room {
   double slip_m = 0.4;  ///< of v2's odometry
   ReopenBy reopen = ReopenBy::kMisfit;
-  int rounds_before = 0;  ///< in which both stand
+  int rounds_before = 0;  ///< in which both are at standstill
   int kept = 100;
   int near_rounds = 3;
   double wrong_chi2 = 40.0;
@@ -186,17 +186,18 @@ struct Room {
 FleetSettings settings_of(const Room& room) {
   FleetSettings settings;
   settings.solve = SolveWhat::kRounds;
-  settings.boundary.reopen = room.reopen;
-  settings.boundary.kept = room.kept;
+  settings.separator.reopen = room.reopen;
+  settings.separator.kept = room.kept;
   settings.joint.steps = StepWeight::kIsotropic;
-  settings.boundary.near_rounds = room.near_rounds;
+  settings.separator.near_rounds = room.near_rounds;
   settings.joint.isotropic_m = 0.2;
   settings.joint.graph.veto_exact_to = room.wrong_chi2;
   settings.init.commit.information_min = 0.05;
   return settings;
 }
 
-/// v1 maps a room in one round; v2 comes through it in the next. @param solved with a last estimate
+/// v1 maps a room in one round; v2 drives through it in the next. @param solved with a last
+/// estimate
 RoundCentre through_a_room(const Room& room, bool solved = true) {
   FleetKnowledge known;
   GivenStart start;
@@ -225,13 +226,13 @@ RoundCentre through_a_room(const Room& room, bool solved = true) {
     step.lidar_information = geometry::Mat6::Identity() * 1e6;
     centre.add({{VehicleId{v}, 0, facts[v]++}, Time::from_s(t_s), step});
     if (sees) {
-      const places::test::Sweep sweep = places::test::look(world, T_world_body, rng);
+      const places::test::Scan scan = places::test::look(world, T_world_body, rng);
       KeyframePoints points;
       points.keyframe = nodes[v];
       points.T_body_lidar.p.z() = 0.6;
-      points.x_m = sweep.x_m;
-      points.y_m = sweep.y_m;
-      points.z_m = sweep.z_m;
+      points.x_m = scan.x_m;
+      points.y_m = scan.y_m;
+      points.z_m = scan.z_m;
       centre.add({{VehicleId{v}, 0, facts[v]++}, Time::from_s(t_s), points});
     }
     ++nodes[v];
@@ -275,7 +276,7 @@ TEST(RoundCentre, a_loop_into_the_last_round_is_solved_on_the_boundary_before_it
   for (const auto& [id, pose] : all.last().keyframes) {
     const KeyframePose& other = back.last().keyframes.at(id);
     const double moved = geometry::boxminus(other.T_map_body, pose.T_map_body).norm();
-    if (id.seq < 8) {  // before the boundary: as its round left it
+    if (id.seq < 8) {  // before the separator: as its round left it
       EXPECT_LT(moved, 3.0 * std::sqrt(other.covariance(3, 3))) << id.seq;
       continue;
     }
@@ -283,10 +284,10 @@ TEST(RoundCentre, a_loop_into_the_last_round_is_solved_on_the_boundary_before_it
     EXPECT_LT((other.covariance - pose.covariance).norm(), 0.05 * pose.covariance.norm() + 1e-9);
   }
   EXPECT_EQ(back.last().loops.size(), all.last().loops.size());
-  EXPECT_EQ(back.boundary()->until, all.boundary()->until);
+  EXPECT_EQ(back.separator()->until, all.separator()->until);
 }
 
-// The same loop, where less than the doubt about both poses is held to be wrong for certain.
+// The same loop, where less than the uncertainty of both poses counts as certainly wrong.
 TEST(RoundCentre, a_loop_that_would_be_refused_reopens_nothing) {
   EXPECT_EQ(through_a_room({.rounds_before = 3}).work().reopened, 1U);
   const RoundCentre strict = through_a_room({.rounds_before = 3, .wrong_chi2 = 1e-3});
@@ -305,7 +306,7 @@ TEST(RoundCentre, a_loop_that_fits_changes_nothing_unless_the_paper_wants_it) {
   EXPECT_EQ(through_a_room({0.0, ReopenBy::kAny}).work().whole, 2U);
 }
 
-/// Raises a flag before a block: work is given up in the middle of it.
+/// Raises a flag before a block: work is cancelled in the middle of it.
 class RaisingExecutor final : public Executor {
  public:
   RaisingExecutor(std::atomic<bool>& flag, int at) : flag_(flag), at_(at) {}
@@ -349,7 +350,7 @@ TEST(RoundCentre, a_solution_that_is_given_up_anywhere_leaves_all_as_it_was) {
       expect_same(centre.last(), begin.last(), at);
       centre.estimate(executor);
       expect_same(centre.last(), straight.last(), at);
-      ASSERT_EQ(centre.boundary()->until, straight.boundary()->until);
+      ASSERT_EQ(centre.separator()->until, straight.separator()->until);
     }
     EXPECT_GE(given_up, 5);
   }

@@ -1,6 +1,6 @@
 #pragma once
 
-// A fleet that goes along x in rounds, told as facts: who stands is the anchor, the others drive.
+// A fleet that drives along x in rounds, as facts: a vehicle at standstill is the anchor.
 
 #include <algorithm>
 #include <vector>
@@ -15,11 +15,11 @@ struct RoundsForTest {
   int steps = 16;  ///< of half a metre and half a second, of each driving vehicle in a round
   double stand_s = 4.0;
   double step_sigma_m = 0.02;
-  bool to_and_fro = false;  ///< every other round goes back
-  bool blind = false;       ///< the LiDAR tells nothing along x, inertial data bridge it
+  bool to_and_fro = false;  ///< every other round drives back
+  bool degenerate = false;  ///< the LiDAR is degenerate along x, inertial data bridge it
 };
 
-/// Gives the facts of one round after the other.
+/// Produces the facts of one round after the other.
 class FleetForTest {
  public:
   explicit FleetForTest(const RoundsForTest& options)
@@ -29,7 +29,7 @@ class FleetForTest {
       EpochStart start;
       start.name = "v" + std::to_string(v + 1);
       start.antennas_body_m = {geometry::Vec3(0.0, 0.0, 0.5)};
-      tell(v, start);
+      report(v, start);
       node(v, 0.0, true);
     }
   }
@@ -48,27 +48,27 @@ class FleetForTest {
     return known;
   }
 
-  /// All facts of the next round; everybody stands at its end.
+  /// All facts of the next round; all vehicles are at standstill at its end.
   std::vector<Fact> round() {
     out_.clear();
     stand();
     const std::size_t anchor = static_cast<std::size_t>(rounds_) % v_.size();
-    const double way = o_.to_and_fro && rounds_ % 2 == 1 ? -0.5 : 0.5;
+    const double step_m = o_.to_and_fro && rounds_ % 2 == 1 ? -0.5 : 0.5;
     for (int k = 0; k < o_.steps; ++k) {
       t_s_ += 0.5;
       for (std::size_t v = 0; v < v_.size(); ++v) {
         if (v == anchor) continue;
         const bool last = k + 1 == o_.steps;
-        v_[v].p_m += geometry::Vec3(way, 0.0, 0.0);
+        v_[v].p_m += geometry::Vec3(step_m, 0.0, 0.0);
         v_[v].error_m.x() += o_.step_sigma_m * rng_.normal();
-        node(v, last ? 0.0 : way / 0.5, last);
+        node(v, last ? 0.0 : step_m / 0.5, last);
       }
       ranges();
     }
     stand();
     ++rounds_;
-    std::vector<Fact> facts = facts_of_begin_;
-    facts_of_begin_.clear();
+    std::vector<Fact> facts = facts_of_start_;
+    facts_of_start_.clear();
     facts.insert(facts.end(), out_.begin(), out_.end());
     return facts;
   }
@@ -81,20 +81,20 @@ class FleetForTest {
 
  private:
   struct Vehicle {
-    geometry::Vec3 p_m = geometry::Vec3::Zero();      ///< of the world
-    geometry::Vec3 error_m = geometry::Vec3::Zero();  ///< of the odometry
+    geometry::Vec3 p_m = geometry::Vec3::Zero();      ///< true position
+    geometry::Vec3 error_m = geometry::Vec3::Zero();  ///< error of the odometry
     std::uint32_t nodes = 0, facts = 0;
     double speed_mps = 0.0, t_s = 0.0;
-    geometry::Vec3 at_m = geometry::Vec3::Zero();  ///< of the world, at the last node
+    geometry::Vec3 at_m = geometry::Vec3::Zero();  ///< true position at the last node
   };
 
   static geometry::Vec3 start_m(std::size_t v) {
     return {2.0 * static_cast<double>(v), v % 2 == 0 ? -1.0 * static_cast<double>(v) : 3.0, 0.0};
   }
 
-  void tell(std::size_t v, FactBody body) {
+  void report(std::size_t v, FactBody body) {
     const Fact fact{{id(v), 0, v_[v].facts++}, now(), std::move(body)};
-    (rounds_ == 0 && out_.empty() && t_s_ == 0.0 ? facts_of_begin_ : out_).push_back(fact);
+    (rounds_ == 0 && out_.empty() && t_s_ == 0.0 ? facts_of_start_ : out_).push_back(fact);
   }
 
   [[nodiscard]] geometry::SE3 odom(std::size_t v) const {
@@ -111,18 +111,18 @@ class FleetForTest {
     step.begins = of.nodes == 0;
     step.at_rest = at_rest;
     step.levelled = true;
-    step.blind = o_.blind && !at_rest;
+    step.degenerate = o_.degenerate && !at_rest;
     step.T_odom_body = odom(v);
     step.v_odom_mps = {speed_mps, 0.0, 0.0};
     step.covariance = geometry::Mat6::Identity() * 1e-6;
     step.lidar_information = geometry::Mat6::Identity() * 1e6;
-    if (step.blind) step.lidar_information(3, 3) = 0.0;
+    if (step.degenerate) step.lidar_information(3, 3) = 0.0;
     if (of.nodes > 0) step.inertial = inertial(of, speed_mps);
     of.at_m = of.p_m;
     of.speed_mps = speed_mps;
     of.t_s = t_s_;
     ++of.nodes;
-    tell(v, step);
+    report(v, step);
   }
 
   [[nodiscard]] graph::InertialFactor inertial(const Vehicle& of, double speed_mps) const {
@@ -150,7 +150,7 @@ class FleetForTest {
     }
   }
 
-  /// Between all pairs, as the lower number saw them.
+  /// Between all pairs, as recorded by the lower number.
   void ranges() {
     for (std::size_t a = 0; a + 1 < v_.size(); ++a) {
       RangeBlock block;
@@ -166,19 +166,19 @@ class FleetForTest {
         entry.at_rest = v_[a].speed_mps == 0.0;
         block.ranges.push_back(entry);
       }
-      tell(a, block);
+      report(a, block);
     }
   }
 
   RoundsForTest o_;
   Rng rng_;
   std::vector<Vehicle> v_;
-  std::vector<Fact> out_, facts_of_begin_;
+  std::vector<Fact> out_, facts_of_start_;
   double t_s_ = 0.0;
   int rounds_ = 0;
 };
 
-/// Settings that stop only where nothing moves.
+/// Settings that stop only when nothing changes.
 inline FleetSettings exact_rounds() {
   FleetSettings settings;
   settings.solve = SolveWhat::kRounds;

@@ -13,19 +13,19 @@ using geometry::SE3;
 
 namespace {
 
-/// What odometry may be off by at the end of a way, per metre: for where to look, not for what is
-/// believed.
+/// Assumed odometry drift per metre travelled: for search regions, not for the covariance of
+/// evidence.
 constexpr double kDriftPerMetre = 0.01;
 constexpr double kTurnPerMetre_rad = 0.0005;
-/// A direction of which less is known is not known.
+/// A direction with a larger sigma counts as unconstrained.
 constexpr double kUnknown_m = 10.0;
 
 SE3 T_level_body(const VehiclePath& path, std::size_t node) {
   return T_level_odom(path) * path.nodes()[node].step.T_odom_body;
 }
 
-/// Covariance of (heading, place) of a node in its path's upright odom, as the odometry reported
-/// it.
+/// Covariance of (heading, position) of a node in its path's levelled odom, as the odometry
+/// reported it.
 Mat4 drift_of(const VehiclePath& path, std::size_t node) {
   const Increment& step = path.nodes()[node].step;
   const geometry::Mat6& P = step.covariance;
@@ -43,20 +43,20 @@ Mat4 turned(const Mat4& covariance, double yaw_rad) {
   return G * covariance * G.transpose();
 }
 
-/// (I^-1 + P)^-1 without inverting I: what was zero stays zero.
+/// (I^-1 + P)^-1 without inverting I: zero information stays zero.
 template <class M>
 M with_error(const M& information, const M& covariance) {
-  constexpr double kLeast = 1e-10;  // keeps it regular: 0.01 mm, 0.01 mrad
-  const M sum = information + (covariance + kLeast * M::Identity()).inverse();
+  constexpr double kMin = 1e-10;  // keeps it regular: 0.01 mm, 0.01 mrad
+  const M sum = information + (covariance + kMin * M::Identity()).inverse();
   const M out = information - information * sum.ldlt().solve(information);
   return 0.5 * (out + out.transpose());
 }
 
-/// What an information on (rotation, translation) says of the place whatever the rotation is.
+/// Information on the position, with the rotation of (rotation, translation) marginalised.
 geometry::Mat3 place_known(const geometry::Mat6& information) {
-  constexpr double kLeast = 1e-9;  // rotations that nobody knows are no divisors
+  constexpr double kMin = 1e-9;  // regularises rotations without information
   const geometry::Mat3 rotation =
-      information.topLeftCorner<3, 3>() + kLeast * geometry::Mat3::Identity();
+      information.topLeftCorner<3, 3>() + kMin * geometry::Mat3::Identity();
   const geometry::Mat3 place =
       information.bottomRightCorner<3, 3>() -
       information.bottomLeftCorner<3, 3>() *
@@ -110,8 +110,8 @@ void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathS
   const PathSubmap& source = submaps[found.candidate.source];
   if (target.path == source.path) return;
   const places::Recognition& r = found.recognition;
-  const std::size_t told = r.usable() ? 1 : r.placements.size();  // the others are refuted
-  for (const places::Placement& placement : std::span(r.placements).first(told)) {
+  const std::size_t reported = r.usable() ? 1 : r.placements.size();  // the others are rejected
+  for (const places::Placement& placement : std::span(r.placements).first(reported)) {
     PoseEvidence evidence = evidence_of(paths, submaps, found.candidate, placement, settings);
     evidence.unrivalled = r.usable() && r.certainty == places::Certainty::kUnique;
     evidence.group = group;
@@ -172,12 +172,12 @@ GuessOf guess_from_start(std::span<const VehiclePath> paths, std::span<const Pat
     const SE3 T_common_source = T_common_odom[s.path] * s.T_odom_ref;
     places::Guess guess;
     guess.T_target_source = T_common_target.inverse() * T_common_source;
-    const double way_m = t.way_m + s.way_m;
-    const double turn = sigma_rad + kTurnPerMetre_rad * way_m;
-    // An error of the start's heading swings what is far from the start.
+    const double path_m = t.path_m + s.path_m;
+    const double turn = sigma_rad + kTurnPerMetre_rad * path_m;
+    // A heading error of the start displaces submaps far from the start.
     const SE3& T_swung = t.path == path ? T_common_target : T_common_source;
     const double lever_m = (T_swung.p - T_relative_path.p).norm();
-    const double place = sigma_m + turn * lever_m + kDriftPerMetre * way_m;
+    const double place = sigma_m + turn * lever_m + kDriftPerMetre * path_m;
     guess.covariance.setZero();
     guess.covariance.diagonal().head<3>().setConstant(turn * turn);
     guess.covariance.diagonal().tail<3>().setConstant(place * place);
@@ -189,8 +189,8 @@ geometry::Mat6 with_bend(const geometry::Mat6& information, const geometry::Mat3
                          double bend_per_m) {
   using geometry::Mat3;
   using geometry::Mat6;
-  constexpr double kLeast_m2 = 1e-10;  // keeps it regular: 0.01 mm
-  const Mat3 before_m2 = place_m2 + kLeast_m2 * Mat3::Identity();
+  constexpr double kMin_m2 = 1e-10;  // keeps it regular: 0.01 mm
+  const Mat3 before_m2 = place_m2 + kMin_m2 * Mat3::Identity();
   const Mat3 left_m2 = (place_known(information) + before_m2.inverse()).inverse();
   const double all_m2 = left_m2.trace();
   Mat6 blur = Mat6::Zero();

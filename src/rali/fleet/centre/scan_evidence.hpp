@@ -11,17 +11,17 @@
 
 namespace rali::fleet {
 
-/// A node of a path, by their places in the lists.
+/// A node of a path, by their indices in the lists.
 struct NodeOfPath {
   std::size_t path = 0, node = 0;
 };
 
-/// Nothing for a keyframe that no path has.
+/// Nothing for a keyframe of no path.
 [[nodiscard]] std::optional<NodeOfPath> node_of(std::span<const VehiclePath> paths,
                                                 KeyframeId keyframe);
 
-/// What a relative pose of two bodies says about the frames of their paths. What the paths may have
-/// drifted by then is part of its uncertainty.
+/// Evidence of a relative pose of two bodies on the frames of their paths. The possible drift of
+/// the paths until then is part of its uncertainty.
 /// @param information rotation in the source, translation in the target
 [[nodiscard]] PoseEvidence evidence_between(std::span<const VehiclePath> paths,
                                             const NodeOfPath& target, const NodeOfPath& source,
@@ -29,15 +29,16 @@ struct NodeOfPath {
                                             const geometry::Mat6& information,
                                             const InitSettings& settings);
 
-/// What a comparison of pieces of two paths says about their frames: the placement
-/// that stands alone, else each believable one as an alternative, of which at most one holds. What
-/// the paths may have drifted by then is part of its doubt. Nothing between pieces of one path.
+/// Adds the evidence of a comparison of pieces of two paths on their frames: the placement without
+/// rival, else each plausible one as an alternative, of which at most one is true. The possible
+/// drift of the paths until then is part of its uncertainty. Adds nothing between pieces of one
+/// path.
 /// @param group number of the alternatives, never used before
 void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
                        const LoopFound& found, int group, const InitSettings& settings,
                        FrameSolver& solver);
 
-/// Whether what a comparison found without rival is where the frames have it, too.
+/// Whether the result of a comparison without rival agrees with the frames.
 [[nodiscard]] bool agrees(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
                           const LoopFound& found, const PathFrames& frames,
                           const InitSettings& settings);
@@ -46,18 +47,18 @@ void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathS
 [[nodiscard]] bool agrees(std::span<const VehiclePath> paths, const Loop& loop,
                           const PathFrames& frames, const InitSettings& settings);
 
-/// How submaps of two paths lie to each other if the bodies of the paths' first nodes do so, with
-/// sigmas that grow by the way driven since.
+/// Predicted transform of submaps of two paths from a start pose between the paths' first bodies,
+/// with sigmas that grow by the distance travelled since.
 [[nodiscard]] GuessOf guess_from_start(std::span<const VehiclePath> paths,
                                        std::span<const PathSubmap> submaps, std::size_t relative_to,
                                        std::size_t path, const geometry::SE3& T_relative_path,
                                        double sigma_m, double sigma_rad);
 
-/// What a comparison says if the passage turns: what it leaves open, say a metre along a tunnel,
-/// takes `bend_per_m` metres with it across, and as many radians. Otherwise two comparisons whose
-/// open directions differ by the noise of their points would tell the place along them: the
-/// crossing of two lines that should be one.
-/// @param information on (rotation, translation)  @param place_m2 what is known without it
+/// Reduces the information of a comparison for the bend of a passage. Each metre it leaves
+/// unconstrained, e.g. along a tunnel, allows an error of `bend_per_m` metres across it, and as
+/// many radians. Otherwise two comparisons whose unconstrained directions differ by point noise
+/// would determine the position along them: as the intersection of two lines that should be one.
+/// @param information on (rotation, translation)  @param place_m2 position covariance without it
 [[nodiscard]] geometry::Mat6 with_bend(const geometry::Mat6& information,
                                        const geometry::Mat3& place_m2, double bend_per_m);
 
@@ -66,8 +67,8 @@ void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathS
 [[nodiscard]] Loop loop_of(std::span<const PathSubmap> submaps, const LoopFound& found,
                            double bend_per_m);
 
-/// How much of a shift leads along directions of which an information on (rotation, translation)
-/// says nothing [m]. A comparison leaves these where the search happened to end.
+/// The part of a shift along directions without information on (rotation, translation) [m]. A
+/// comparison leaves these where the search happened to end.
 [[nodiscard]] double slide_m(const geometry::Mat6& information, const geometry::Vec3& shift_m);
 
 }  // namespace rali::fleet

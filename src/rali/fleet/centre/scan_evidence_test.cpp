@@ -13,9 +13,9 @@ namespace {
 using geometry::Mat6;
 using geometry::Vec3;
 
-/// Heading to 1 mrad and place to 1 cm, but for one direction: along it only the combination of
-/// place and heading that a point `arm_m` ahead keeps is unknown.
-Mat6 blind_along(const Vec3& axis, double yaw_per_m) {
+/// Heading to 1 mrad and position to 1 cm, except for one direction: along it the coupled motion of
+/// position and heading about a point `arm_m` ahead is unobservable.
+Mat6 degenerate_along(const Vec3& axis, double yaw_per_m) {
   geometry::Vec6 u;
   u << 0.0, 0.0, yaw_per_m, axis;
   Mat6 I = Mat6::Zero();
@@ -25,14 +25,14 @@ Mat6 blind_along(const Vec3& axis, double yaw_per_m) {
 }
 
 TEST(Slide, is_what_leads_along_the_direction_that_is_not_known) {
-  EXPECT_NEAR(slide_m(blind_along(Vec3::UnitX(), 0.0), {3.0, 0.4, 0.0}), 3.0, 1e-6);
-  EXPECT_NEAR(slide_m(blind_along(Vec3::UnitY(), 0.0), {3.0, 0.4, 0.0}), 0.4, 1e-6);
+  EXPECT_NEAR(slide_m(degenerate_along(Vec3::UnitX(), 0.0), {3.0, 0.4, 0.0}), 3.0, 1e-6);
+  EXPECT_NEAR(slide_m(degenerate_along(Vec3::UnitY(), 0.0), {3.0, 0.4, 0.0}), 0.4, 1e-6);
 }
 
-// In a bend the place along it and the heading go together: the block of places alone looks as if
-// all were known.
+// In a bend the position along it and the heading are coupled: the position block alone looks as if
+// all directions were observable.
 TEST(Slide, of_a_direction_that_is_tied_to_heading_is_seen) {
-  const Mat6 I = blind_along(Vec3::UnitX(), 0.01);
+  const Mat6 I = degenerate_along(Vec3::UnitX(), 0.01);
   EXPECT_GT(I(3, 3), 1.0);
   EXPECT_NEAR(slide_m(I, {3.0, 0.0, 0.0}), 3.0, 1e-3);
 }
@@ -45,7 +45,7 @@ TEST(Slide, of_a_loop_that_claims_all_is_none_and_of_one_that_claims_nothing_all
 }
 
 TEST(Bend, what_is_open_by_a_metre_is_off_by_that_share_across_and_turned) {
-  const Mat6 I = blind_along(Vec3::UnitX(), 0.0);
+  const Mat6 I = degenerate_along(Vec3::UnitX(), 0.0);
   const geometry::Mat3 place_m2 = Vec3(9.0, 9.0, 9.0).asDiagonal();
   const Mat6 bent = with_bend(I, place_m2, 0.01);
   EXPECT_NEAR(1.0 / bent(4, 4), 1e-4 + 9e-4, 1e-6) << "1 cm, and 1 % of 3 m";
@@ -62,13 +62,13 @@ TEST(Bend, changes_nothing_of_what_leaves_nothing_open) {
       << "known without it";
 }
 
-// Each comparison of a tunnel finds its axis to a few milliradians; two of them must not fix the
-// place along it as two lines that cross do.
+// Each comparison in a tunnel finds its axis to a few milliradians. Two of them must not fix the
+// position along it like two crossing lines.
 TEST(Bend, comparisons_whose_open_directions_differ_do_not_tell_the_place_along_them) {
   const double place_m = 3.0;
   const geometry::Mat3 place_m2 = place_m * place_m * geometry::Mat3::Identity();
   const auto along = [](double yaw_rad) {
-    return blind_along({std::cos(yaw_rad), std::sin(yaw_rad), 0.0}, 0.0);
+    return degenerate_along({std::cos(yaw_rad), std::sin(yaw_rad), 0.0}, 0.0);
   };
   const auto sigma_x_m = [](const Mat6& I) {
     Mat6 P = I;
@@ -81,7 +81,7 @@ TEST(Bend, comparisons_whose_open_directions_differ_do_not_tell_the_place_along_
       2.0 * place_m);
 }
 
-/// Two paths of one node; a comparison saw the second 2 m ahead of the first, to 1 cm.
+/// Two paths of one node; a comparison found the second 2 m ahead of the first, to 1 cm.
 class Agrees : public ::testing::Test {
  protected:
   [[nodiscard]] bool at(const geometry::SE3& T_map_odom) {
@@ -99,7 +99,7 @@ class Agrees : public ::testing::Test {
   PathFrames frames_{{{0, 1}}, {0, 0}, {}, {"", "scans"}};
 };
 
-// 1 cm and the drift of nothing: 16 is 4 sigma, 4 cm.
+// 1 cm and no drift: 16 is 4 sigma, 4 cm.
 TEST_F(Agrees, with_frames_that_have_it_where_it_was_seen) {
   EXPECT_TRUE(at(placed(2.0, 0.0)));
   EXPECT_TRUE(at(placed(2.03, 0.0)));

@@ -7,29 +7,29 @@
 
 namespace rali::fleet {
 
-/// What a step of a path counts in the joint graph.
+/// Weight of a step of a path in the joint graph.
 enum class StepWeight {
-  kAware,     ///< LiDAR where it sees, inertial data where it is blind (algorithms_fleet 8.2)
+  kAware,     ///< LiDAR where observable, inertial data where degenerate (algorithms_fleet 8.2)
   kIsotropic  ///< the same in all directions, as the paper seems to do
 };
 inline constexpr ChoiceNames<2> kStepWeightNames = {"aware", "isotropic"};
 
-/// What is solved when the centre is asked for an estimate.
+/// Scope of the centre's solution.
 enum class SolveWhat {
   kAll,    ///< everything, from all facts
-  kRounds  ///< the current round, on what is left of the earlier ones (algorithms_fleet 8.5)
+  kRounds  ///< the current round, with a prior from the earlier ones (algorithms_fleet 8.5)
 };
 inline constexpr ChoiceNames<2> kSolveWhatNames = {"all", "rounds"};
 
-/// Which loop to an earlier round makes everything be solved again.
+/// Which loop to an earlier round causes a new solution of everything.
 enum class ReopenBy {
-  kMisfit,  ///< one that the present estimate does not fit
-  kAny      ///< as the paper has it
+  kMisfit,  ///< one that contradicts the current estimate
+  kAny      ///< as in the paper
 };
 inline constexpr ChoiceNames<2> kReopenByNames = {"misfit", "any"};
 
 /// Estimates by rounds.
-struct BoundarySettings {
+struct SeparatorSettings {
   ReopenBy reopen = ReopenBy::kMisfit;
   double moved_sigma = 3.0;
   double moved_m = 0.01;

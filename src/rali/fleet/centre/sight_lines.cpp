@@ -64,14 +64,14 @@ int SightLines::surfaces(const Vec3& p_map_m, const Vec3& q_map_m) const {
   const int steps = static_cast<int>(length_m / kCell_m) + 1;
   const double step_m = length_m / steps;
   for (int k = 0; k < steps; ++k) {
-    const double begin_m = k * step_m, end_m = begin_m + step_m;
-    const Vec3 middle = p_map_m + 0.5 * (begin_m + end_m) * along;
+    const double start_m = k * step_m, end_m = start_m + step_m;
+    const Vec3 middle = p_map_m + 0.5 * (start_m + end_m) * along;
     index_.near(middle, 0.5 * step_m + kCell_m, [&](std::uint32_t i) {
       const places::Plane& plane = planes_[i];
       const double slope = plane.n.dot(along);
       if (std::abs(slope) < kGraze) return;
       const double at_m = plane.n.dot(plane.q_m - p_map_m) / slope;
-      if (at_m < begin_m || at_m >= end_m) return;
+      if (at_m < start_m || at_m >= end_m) return;
       const Vec3 x = p_map_m + at_m * along;
       if ((x - plane.q_m).norm() <= plane.radius_m && filled(x)) {
         crossings.push_back({slope > 0.0, at_m});
@@ -90,9 +90,9 @@ int SightLines::surfaces(const Vec3& p_map_m, const Vec3& q_map_m) const {
   return surfaces;
 }
 
-void doubt_through_walls(std::span<const PathSubmap> pieces, const PathFrames& frames,
-                         const ranging::RangingSettings& settings, JointRanges& joint) {
-  /// The line that was asked for last, by pair.
+void suspect_through_walls(std::span<const PathSubmap> pieces, const PathFrames& frames,
+                           const ranging::RangingSettings& settings, JointRanges& joint) {
+  /// The line tested last, by pair.
   struct Asked {
     Time t;
     Vec3 p_m, q_m;
@@ -101,7 +101,7 @@ void doubt_through_walls(std::span<const PathSubmap> pieces, const PathFrames& f
 
   const ranging::SightSettings& s = settings.sight;
   if (!s.use) return;
-  std::map<std::size_t, SightLines> sights;
+  std::map<std::size_t, SightLines> lines_of_sight;
   std::map<int, Asked> last;
   for (JointRange& r : joint.ranges) {
     const AntennaPair& pair = joint.pairs[static_cast<std::size_t>(r.pair)];
@@ -116,7 +116,7 @@ void doubt_through_walls(std::span<const PathSubmap> pieces, const PathFrames& f
     const bool fresh = !is_new && (r.t - asked.t).s() < s.valid_s &&
                        (p_m - asked.p_m).norm() < s.valid_m && (q_m - asked.q_m).norm() < s.valid_m;
     if (!fresh) {
-      const auto lines = sights.try_emplace(group, pieces, frames, group).first;
+      const auto lines = lines_of_sight.try_emplace(group, pieces, frames, group).first;
       const Vec3 end = s.end_m / length_m * (q_m - p_m);
       asked = {r.t, p_m, q_m, lines->second.surfaces(p_m + end, q_m - end) >= s.surfaces};
     }

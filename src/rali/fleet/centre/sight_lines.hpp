@@ -12,15 +12,15 @@
 
 namespace rali::fleet {
 
-/// What the maps of all vehicles of a group have between two points: a vehicle alone knows its own
-/// side of a wall, two know both (algorithms 4.3, step 3).
+/// Surfaces between two points in the maps of all vehicles of a group: a single vehicle maps only
+/// its own side of a wall, two map both (algorithms 4.3, step 3).
 class SightLines {
  public:
-  /// Pieces of paths of other groups are left out.
+  /// Pieces of paths of other groups are ignored.
   SightLines(std::span<const PathSubmap> pieces, const PathFrames& frames, std::size_t group);
 
-  /// Faces of walls, floors and furniture that the line goes through; both faces of one wall count.
-  /// Those that it only grazes do not: a map that is off by centimetres would have them in the way.
+  /// Number of faces of walls, floors and furniture on the line; both faces of one wall count.
+  /// Faces at a grazing angle do not: a map error of centimetres would put them on the line.
   [[nodiscard]] int surfaces(const geometry::Vec3& p_map_m, const geometry::Vec3& q_map_m) const;
 
  private:
@@ -28,12 +28,13 @@ class SightLines {
 
   std::vector<places::Plane> planes_;  ///< in the map
   places::GridIndex index_;            ///< of their middles
-  map::VoxelIndex points_;             ///< a plane is believed only where points are: doors
+  map::VoxelIndex points_;             ///< a plane counts only where points are: doors
 };
 
-/// Ranges through walls come late by decimetres that no other range of the pair contradicts: they
-/// get the sigma of a blocked way (`sight.sigma_factor`), unless an end has doubted them as much.
-void doubt_through_walls(std::span<const PathSubmap> pieces, const PathFrames& frames,
-                         const ranging::RangingSettings& settings, JointRanges& joint);
+/// Ranges through walls are too long by decimetres, and no other range of the pair contradicts
+/// them. They get the sigma of a blocked path (`sight.sigma_factor`), unless an end has reported
+/// one as large.
+void suspect_through_walls(std::span<const PathSubmap> pieces, const PathFrames& frames,
+                           const ranging::RangingSettings& settings, JointRanges& joint);
 
 }  // namespace rali::fleet

@@ -20,7 +20,7 @@ places::test::World two_rooms() {
   return w;
 }
 
-/// The first vehicle has seen one room, the second the other one, from an odom of its own.
+/// The first vehicle has mapped one room, the second the other one, in an odom of its own.
 class SightLinesTest : public testing::Test {
  protected:
   SightLinesTest() {
@@ -33,7 +33,7 @@ class SightLinesTest : public testing::Test {
       piece.submap = places::test::map_of(world, places::test::path(start[path], 3), rng);
       pieces_.push_back(std::move(piece));
       frames_.group.push_back(0);
-      // The submap's frame is the middle scan's; odom is where that was.
+      // The submap's frame is that of the middle scan; odom is at its start pose.
       frames_.T_map_odom.push_back(start[path]);
     }
     frames_.groups = {{0, 1}};
@@ -81,12 +81,12 @@ TEST_F(SightLinesTest, who_is_in_another_frame_has_seen_nothing) {
 TEST_F(SightLinesTest, a_range_through_a_wall_is_doubted_and_others_are_not) {
   const ranging::RangingSettings settings;
   JointRanges through = range(1.0, {4.0, 2.0, 0.8}, {8.0, 2.5, 0.8});
-  doubt_through_walls(pieces_, frames_, settings, through);
+  suspect_through_walls(pieces_, frames_, settings, through);
   EXPECT_TRUE(through.ranges[0].blocked);
   EXPECT_NEAR(through.ranges[0].sigma_m, 0.5, 0.001);  // five times 0.1 m
 
   JointRanges free = range(1.0, {4.0, 5.0, 0.8}, {8.0, 5.0, 0.8});
-  doubt_through_walls(pieces_, frames_, settings, free);
+  suspect_through_walls(pieces_, frames_, settings, free);
   EXPECT_FALSE(free.ranges[0].blocked);
   EXPECT_EQ(free.ranges[0].sigma_m, 0.1);
 }
@@ -95,7 +95,7 @@ TEST_F(SightLinesTest, who_has_driven_into_the_door_is_asked_again) {
   const ranging::RangingSettings settings;
   JointRanges joint = range(1.0, {4.0, 2.0, 0.8}, {8.0, 2.5, 0.8});
   joint.ranges.push_back(range(1.1, {4.0, 5.0, 0.8}, {8.0, 5.0, 0.8}).ranges[0]);
-  doubt_through_walls(pieces_, frames_, settings, joint);
+  suspect_through_walls(pieces_, frames_, settings, joint);
   EXPECT_TRUE(joint.ranges[0].blocked);
   EXPECT_FALSE(joint.ranges[1].blocked);
 }
@@ -103,7 +103,7 @@ TEST_F(SightLinesTest, who_has_driven_into_the_door_is_asked_again) {
 TEST_F(SightLinesTest, what_a_vehicle_doubted_more_stays_doubted) {
   JointRanges joint = range(1.0, {4.0, 2.0, 0.8}, {8.0, 2.5, 0.8});
   joint.ranges[0].sigma_m = 0.9;
-  doubt_through_walls(pieces_, frames_, {}, joint);
+  suspect_through_walls(pieces_, frames_, {}, joint);
   EXPECT_EQ(joint.ranges[0].sigma_m, 0.9);
 }
 

@@ -21,7 +21,7 @@ std::size_t index_of(std::span<const VehiclePath> paths, VehicleId vehicle) {
   return i;
 }
 
-/// What is known of vehicles, for those that have a path.
+/// The start poses between vehicles that have a path.
 std::vector<StartPrior> priors_of(std::span<const VehiclePath> paths,
                                   const std::vector<GivenStart>& starts) {
   std::vector<StartPrior> priors;
@@ -48,7 +48,7 @@ std::vector<std::optional<double>> biases_of(std::span<const VehiclePath> paths,
   return biases;
 }
 
-/// Every vehicle for itself.
+/// Every vehicle as a group of its own.
 PathFrames apart(std::span<const VehiclePath> paths) {
   PathFrames frames;
   for (std::size_t i = 0; i < paths.size(); ++i) {
@@ -60,14 +60,14 @@ PathFrames apart(std::span<const VehiclePath> paths) {
   return frames;
 }
 
-/// As they were when the earlier rounds ended: all in one group.
-PathFrames at_boundary(std::span<const VehiclePath> paths, const RoundBoundary& boundary) {
+/// Frames at the end of the earlier rounds: all in one group.
+PathFrames at_separator(std::span<const VehiclePath> paths, const SeparatorPrior& separator) {
   PathFrames frames = apart(paths);
   frames.groups.assign(1, {});
   for (std::size_t i = 0; i < paths.size(); ++i) {
     frames.groups[0].push_back(i);
     frames.group[i] = 0;
-    for (const BoundaryPath& known : boundary.paths) {
+    for (const SeparatorPath& known : separator.paths) {
       if (known.stream != stream_of(paths[i])) continue;
       const auto node = paths[i].index_of(known.node);
       if (!node) continue;
@@ -77,9 +77,9 @@ PathFrames at_boundary(std::span<const VehiclePath> paths, const RoundBoundary& 
   return frames;
 }
 
-/// Puts the pieces whose middle is before the boundary first. @return how many
+/// Puts the pieces whose middle is before the separator first. @return how many
 std::size_t finished_first(std::vector<PathSubmap>& pieces, std::span<const VehiclePath> paths,
-                           const RoundBoundary* before) {
+                           const SeparatorPrior* before) {
   if (before == nullptr) return 0;
   const std::vector<std::size_t> begins = begins_of(paths, before);
   const auto live = std::stable_partition(
@@ -87,8 +87,9 @@ std::size_t finished_first(std::vector<PathSubmap>& pieces, std::span<const Vehi
   return static_cast<std::size_t>(live - pieces.begin());
 }
 
-/// The comparisons that the frames rest on belong to the graph, too: one of start poses and ranges
-/// alone lies elsewhere, is sure of it, and refuses the same comparison as outside of its guess.
+/// Comparisons that determined the frames belong to the graph, too. A graph of start poses and
+/// ranges alone has another pose with a small sigma, and rejects the same comparison as outside of
+/// its guess.
 std::vector<Loop> agreeing(std::span<const VehiclePath> paths, const Solution& solution,
                            std::span<const LoopFound> seen, const FleetSettings& settings) {
   std::vector<Loop> out;
@@ -99,7 +100,7 @@ std::vector<Loop> agreeing(std::span<const VehiclePath> paths, const Solution& s
   return out;
 }
 
-/// On the way to a solution.
+/// A solution in progress.
 class FleetSolve {
  public:
   FleetSolve(SolutionInput& in, std::span<const VehiclePath> paths, Executor& executor)
@@ -113,9 +114,9 @@ class FleetSolve {
     gather();
     if (!in_.stop.raised()) look_for_frames();
     if (!in_.stop.raised()) estimate();
-    if (!in_.stop.raised() && found_ && frames_denied()) estimate();
-    if (!in_.stop.raised() && found_) tell_contradicted_starts();
-    if (!in_.stop.raised() && found_) tell_who_waits();
+    if (!in_.stop.raised() && found_ && frames_rejected()) estimate();
+    if (!in_.stop.raised() && found_) report_contradicted_starts();
+    if (!in_.stop.raised() && found_) report_who_waits();
     if (in_.memory != nullptr) out_.compared += in_.memory->compared.size() - before;
     return std::move(out_);
   }
@@ -125,23 +126,23 @@ class FleetSolve {
   void look_for_frames();
   void take_frames(const FrameSolver& solver);
   void estimate();
-  bool frames_denied();
-  void tell_contradicted_starts();
-  void tell_who_waits();
+  bool frames_rejected();
+  void report_contradicted_starts();
+  void report_who_waits();
 
   SolutionInput& in_;
   std::span<const VehiclePath> paths_;
   Executor& executor_;
   std::vector<StartPrior> starts_;
   JointRanges ranges_;
-  std::optional<FoundFrames> found_;  ///< if frames were looked for
-  std::vector<Loop> seen_;            ///< of what was compared then, what agrees with the frames
+  std::optional<FoundFrames> found_;  ///< if frames were searched
+  std::vector<Loop> seen_;            ///< comparisons that agree with the frames
   Solution out_;
 };
 
 void FleetSolve::gather() {
   if (in_.knowledge.common_clock) {
-    const Duration warm_up = Duration::from_s(in_.settings.boundary.warm_up_s);
+    const Duration warm_up = Duration::from_s(in_.settings.separator.warm_up_s);
     ranges_ = join_ranges(
         paths_, in_.before != nullptr ? std::optional(in_.before->until - warm_up) : std::nullopt);
   }
@@ -155,7 +156,7 @@ void FleetSolve::gather() {
 
 void FleetSolve::look_for_frames() {
   if (in_.before != nullptr) {
-    out_.frames = at_boundary(paths_, *in_.before);
+    out_.frames = at_separator(paths_, *in_.before);
   } else if (in_.frames) {
     out_.frames = std::move(*in_.frames);
   } else if (in_.settings.join && paths_.size() > 1) {
@@ -166,7 +167,7 @@ void FleetSolve::look_for_frames() {
   } else {
     out_.frames = apart(paths_);
   }
-  // Pieces of earlier rounds are compared with by who knows where they lie.
+  // The caller, which has their poses, compares the pieces of earlier rounds.
   out_.live_from = finished_first(out_.pieces, paths_, in_.before);
 }
 
@@ -178,9 +179,9 @@ void FleetSolve::take_frames(const FrameSolver& solver) {
 
 void FleetSolve::estimate() {
   const std::span<const PathSubmap> pieces(out_.pieces);
-  JointRanges ranges = ranges_;  // other frames see other walls
+  JointRanges ranges = ranges_;  // other frames have other walls
   if (in_.settings.joint.sight) {
-    doubt_through_walls(pieces, out_.frames, in_.settings.ranging, ranges);
+    suspect_through_walls(pieces, out_.frames, in_.settings.ranging, ranges);
   }
   const GroupInput group{paths_,       pieces.subspan(out_.live_from),
                          out_.frames,  ranges,
@@ -197,9 +198,10 @@ void FleetSolve::estimate() {
   }
 }
 
-/// Frames against the loops that they refuse. Where none of these agrees with the new frames, the
-/// old ones have stood, and nothing is solved twice. @return whether the frames are others now
-bool FleetSolve::frames_denied() {
+/// Tests the frames against the loops that they reject. If none of these agrees with the new
+/// frames, the old ones are kept, and nothing is solved twice. @return whether the frames have
+/// changed
+bool FleetSolve::frames_rejected() {
   const InitSettings& init = in_.settings.init;
   std::vector<Loop> refused =
       add_refused_loops(paths_, out_.estimate.loops, init, found_->evidence);
@@ -214,22 +216,22 @@ bool FleetSolve::frames_denied() {
   return true;
 }
 
-/// Of those whose frames are known, the group has said how far off they are.
-void FleetSolve::tell_contradicted_starts() {
+/// For vehicles with known frames, the group has reported the offset already.
+void FleetSolve::report_contradicted_starts() {
   for (const ContradictedStart& start : found_->contradicted) {
     if (out_.frames.group[start.relative_to] == out_.frames.group[start.path]) continue;
-    DeniedStart denied{paths_[start.relative_to].vehicle(), paths_[start.path].vehicle()};
-    denied.contradicted_by = start.comparisons;
-    out_.estimate.denied_starts.push_back(denied);
+    RejectedStart rejected{paths_[start.relative_to].vehicle(), paths_[start.path].vehicle()};
+    rejected.contradicted_by = start.comparisons;
+    out_.estimate.rejected_starts.push_back(rejected);
   }
 }
 
-/// Says of all who are in no group with the reference what is missing.
-void FleetSolve::tell_who_waits() {
+/// Reports for all vehicles outside the map what is missing to join them.
+void FleetSolve::report_who_waits() {
   VehicleNames names;
   for (const VehiclePath& path : paths_) names[path.vehicle()] = path.name();
-  // What the solver says is how somebody stands to the reference; if that is not in the map, it is
-  // the map's own vehicle that waits for it.
+  // The solver's text relates a vehicle to the reference. If the reference is not in the map, the
+  // text of the map's first vehicle is used for its group.
   const std::size_t reference = out_.estimate.frames[0].group;
   const std::size_t of_map = out_.frames.groups[0].front();
   for (std::size_t i = 0; i < paths_.size(); ++i) {

@@ -9,13 +9,13 @@ namespace rali::fleet {
 
 namespace {
 
-/// What was measured one after the other, from where a chain begins.
+/// Consecutive measured start poses, from the start of a chain.
 struct Chain {
   GivenStart start;
-  double heading_sigma_rad = 0.0;  ///< of its end, apart from that of where it begins
+  double heading_sigma_rad = 0.0;  ///< of its end, without that of its start
 };
 
-/// One step further: `start` seen from either of its ends, from where the chain has come to.
+/// Extends a chain by one step: `start` from either of its ends, at the end of the chain.
 std::optional<Chain> with(const Chain& chain, const GivenStart& start) {
   const bool forward = start.relative_to == chain.start.vehicle;
   if (!forward && start.vehicle != chain.start.vehicle) return std::nullopt;
@@ -24,7 +24,7 @@ std::optional<Chain> with(const Chain& chain, const GivenStart& start) {
   const geometry::SE3& T = start.T_relative_vehicle;
   out.start.T_relative_vehicle = chain.start.T_relative_vehicle * (forward ? T : T.inverse());
   out.start.sigma_rad = std::hypot(chain.start.sigma_rad, start.sigma_rad);
-  // Seen backwards from its beginning, a chain turns as a whole.
+  // If the first step is traversed backwards, the chain rotates as a whole.
   const bool first = chain.start.vehicle == chain.start.relative_to;
   if (forward || !first) out.heading_sigma_rad = std::hypot(out.heading_sigma_rad, start.sigma_rad);
   const double swing_m = T.p.norm() * (forward ? chain.heading_sigma_rad : out.heading_sigma_rad);

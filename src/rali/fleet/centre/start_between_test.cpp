@@ -22,7 +22,7 @@ GivenStart start(int from, int to, const Vec3& p_m, double yaw_rad) {
 }
 
 TEST(StartBetween, is_the_one_measured_or_the_same_seen_from_its_other_end) {
-  // The second looks to the left of the first: the first is 3 m to its left.
+  // The second faces to the left of the first: the first is 3 m to its left.
   const std::vector<GivenStart> starts{start(1, 2, {3.0, 0.0, 0.0}, 0.5 * std::numbers::pi)};
   const auto there = start_between(starts, VehicleId{1}, VehicleId{2});
   const auto back = start_between(starts, VehicleId{2}, VehicleId{1});
@@ -36,7 +36,7 @@ TEST(StartBetween, is_the_one_measured_or_the_same_seen_from_its_other_end) {
 }
 
 TEST(StartBetween, two_that_were_measured_from_a_third_know_each_other) {
-  // A column: all are told from the first, and nobody told the second of the third.
+  // A column: all are measured from the first, none from the second to the third.
   const std::vector<GivenStart> starts{start(1, 2, {-2.0, 0.0, 0.0}, 0.0),
                                        start(1, 3, {-4.0, 0.5, 0.0}, 0.0)};
   const auto s = start_between(starts, VehicleId{2}, VehicleId{3});
@@ -61,9 +61,9 @@ TEST(StartBetween, ends_where_nothing_leads_on) {
                                      start(3, 1, {-2.0, 0.0, 0.0}, 0.0)};
   EXPECT_FALSE(start_between(ring, VehicleId{1}, VehicleId{4}));
   EXPECT_FALSE(start_between({}, VehicleId{1}, VehicleId{2}));
-  const auto short_way = start_between(ring, VehicleId{1}, VehicleId{3});
-  ASSERT_TRUE(short_way);
-  EXPECT_NEAR(short_way->sigma_m, 0.3, 1e-12) << "one step, not two";
+  const auto short_path = start_between(ring, VehicleId{1}, VehicleId{3});
+  ASSERT_TRUE(short_path);
+  EXPECT_NEAR(short_path->sigma_m, 0.3, 1e-12) << "one step, not two";
 }
 
 }  // namespace

@@ -14,15 +14,15 @@ using geometry::Vec3;
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-/// At 45 degrees a wall is as near to z of odom as the floor.
-constexpr double kMost_deg = 40.0;
+/// At 45 degrees a wall is as close to z of odom as the floor.
+constexpr double kMax_deg = 40.0;
 constexpr double kCoarse_deg = 8.0, kFine_deg = 3.0;
 constexpr std::size_t kTried = 300;
-/// Shares of the surface that must be level or upright, and level at all.
+/// Fractions of the surface that must be level or upright, and level alone.
 constexpr double kOrderly = 0.5, kLevel = 0.1;
 constexpr int kIterations = 10;
 
-/// A piece of surface: its normal in odom and how large it is.
+/// A surface patch: its normal in odom and its size.
 struct Surface {
   Vec3 n = Vec3::UnitZ();
   double weight = 0.0;
@@ -38,10 +38,10 @@ std::vector<Surface> surfaces_of(std::span<const PathSubmap> pieces) {
   return out;
 }
 
-/// How much is level and how much is upright if this is up.
+/// Amounts of level and of upright surface for a given up direction.
 struct Order {
   double level = 0.0, walls = 0.0;
-  Mat3 spread = Mat3::Zero();  ///< of level normals less that of walls: up is its largest axis
+  Mat3 spread = Mat3::Zero();  ///< of level normals minus that of walls: up is its largest axis
 };
 
 Order order_of(const std::vector<Surface>& surfaces, const Vec3& up, double gate_deg) {
@@ -61,17 +61,17 @@ Order order_of(const std::vector<Surface>& surfaces, const Vec3& up, double gate
   return out;
 }
 
-/// The normal that makes most of all surfaces level or upright.
+/// The normal that makes the most surface level or upright.
 Vec3 best_normal(const std::vector<Surface>& surfaces) {
   Vec3 best = Vec3::UnitZ();
-  double most = 0.0;
+  double maximum = 0.0;
   const std::size_t stride = surfaces.size() / kTried + 1;
   for (std::size_t i = 0; i < surfaces.size(); i += stride) {
     const Vec3 up = surfaces[i].n.z() < 0.0 ? Vec3(-surfaces[i].n) : surfaces[i].n;
-    if (up.z() < std::cos(kMost_deg * kDegree)) continue;
+    if (up.z() < std::cos(kMax_deg * kDegree)) continue;
     const Order order = order_of(surfaces, up, kCoarse_deg);
-    if (order.level + order.walls <= most) continue;
-    most = order.level + order.walls;
+    if (order.level + order.walls <= maximum) continue;
+    maximum = order.level + order.walls;
     best = up;
   }
   return best;
@@ -92,7 +92,7 @@ std::optional<Vec3> up_by_surfaces(std::span<const PathSubmap> pieces) {
   }
   const Order order = order_of(surfaces, up, kFine_deg);
   const bool orderly = order.level + order.walls > kOrderly * all && order.level > kLevel * all;
-  if (!orderly || up.z() < std::cos(kMost_deg * kDegree)) return std::nullopt;
+  if (!orderly || up.z() < std::cos(kMax_deg * kDegree)) return std::nullopt;
   return up;
 }
 

@@ -9,13 +9,14 @@
 
 namespace rali::fleet {
 
-/// Up in a path's odom by what it saw: floors and ceilings across it, walls along it. Nothing if
-/// its surfaces are not of that kind, or say that z of odom was off by more than 40 degrees.
+/// Up direction in a path's odom from the observed surfaces: floors and ceilings across it, walls
+/// along it. Nothing if the surfaces are not of that kind, or if z of odom would be off by more
+/// than 40 degrees.
 /// @param pieces of this path alone
 [[nodiscard]] std::optional<geometry::Vec3> up_by_surfaces(std::span<const PathSubmap> pieces);
 
-/// The paths with up found by surfaces where no inertial data told it: a LiDAR alone begins in
-/// whatever attitude it was held, another one each time. Empty if there is none to mend.
+/// The paths with up determined from surfaces where inertial data did not determine it: a LiDAR
+/// alone starts in an arbitrary attitude, a different one each time. Empty if no path needs it.
 [[nodiscard]] std::vector<VehiclePath> upright(std::span<const VehiclePath> paths,
                                                const CutSettings& cut,
                                                const places::PlacesSettings& places,

@@ -17,32 +17,32 @@ using geometry::SE3;
 using geometry::Vec3;
 namespace world = places::test;
 
-/// A LiDAR without inertial data goes 4 m through a world, in an odom frame that is tilted.
+/// A LiDAR without inertial data moves 4 m through a world, in an odom frame that is tilted.
 VehiclePath carried(const world::World& w, const SE3& T_odom_world, bool levelled = false) {
   VehiclePath path(VehicleId{1});
   Rng rng(1, "sweeps");
   for (std::uint32_t k = 0; k < 5; ++k) {
     const world::Sensor sensor;
-    const world::Sweep sweep = world::look(w, world::at(3.0 + k, 4.0, 0.0), rng, sensor);
+    const world::Scan scan = world::look(w, world::at(3.0 + k, 4.0, 0.0), rng, sensor);
     KeyframePoints points;
     points.keyframe = k;
     points.T_body_lidar.p.z() = sensor.height_m;
-    points.x_m = sweep.x_m;
-    points.y_m = sweep.y_m;
-    points.z_m = sweep.z_m;
+    points.x_m = scan.x_m;
+    points.y_m = scan.y_m;
+    points.z_m = scan.z_m;
     Increment step;
     step.node = k;
     step.keyframe = k;
     step.begins = k == 0;
     step.levelled = levelled;
-    step.T_odom_body = T_odom_world * sweep.T_world_body;
+    step.T_odom_body = T_odom_world * scan.T_world_body;
     path.add(Time::from_s(k), step);
     path.add(Time::from_s(k), points);
   }
   return path;
 }
 
-/// The path of points that are told, in one keyframe.
+/// The path of the given points, in one keyframe.
 VehiclePath path_of(const std::vector<Vec3>& p) {
   VehiclePath path(VehicleId{1});
   Increment step;
@@ -80,8 +80,8 @@ TEST(Upright, finds_up_where_a_lidar_was_held_at_20_degrees) {
   }
 }
 
-// At 45 degrees a wall is as near to z of odom as the floor: whoever answers there is wrong by 90
-// degrees now and then.
+// At 45 degrees a wall is as close to z of odom as the floor: any answer there would sometimes be
+// wrong by 90 degrees.
 TEST(Upright, says_nothing_rather_than_that_a_wall_is_the_floor) {
   const SE3 T = tilted(45, 0);
   const auto up = up_of(carried(world::room(), T));
@@ -89,7 +89,7 @@ TEST(Upright, says_nothing_rather_than_that_a_wall_is_the_floor) {
 }
 
 TEST(Upright, needs_floors_and_walls) {
-  // Slopes in all directions: a heap of rubble has no up.
+  // Slopes in all directions: a heap of rubble defines no up direction.
   std::vector<Vec3> rubble;
   Rng rng(3, "rubble");
   for (int k = 0; k < 200; ++k) {
@@ -101,7 +101,7 @@ TEST(Upright, needs_floors_and_walls) {
     }
   }
   EXPECT_FALSE(up_of(path_of(rubble)));
-  // Two walls of a trench without anything level.
+  // Two walls of a trench without any level surface.
   std::vector<Vec3> walls;
   for (double x = -8.0; x < 8.0; x += 0.2) {
     for (double z = -2.0; z < 2.0; z += 0.2) {
@@ -122,13 +122,13 @@ TEST(Upright, of_rubbish_is_nothing) {
 TEST(Upright, leaves_those_alone_whom_inertial_data_told) {
   SerialExecutor executor;
   const SE3 T = tilted(20, 0);
-  const VehiclePath told = carried(world::room(), T, true);
-  EXPECT_TRUE(upright({&told, 1}, CutSettings{}, {}, executor).empty());
+  const VehiclePath reported = carried(world::room(), T, true);
+  EXPECT_TRUE(upright({&reported, 1}, CutSettings{}, {}, executor).empty());
 
-  const std::vector<VehiclePath> both = {told, carried(world::room(), T)};
+  const std::vector<VehiclePath> both = {reported, carried(world::room(), T)};
   const std::vector<VehiclePath> mended = upright(both, CutSettings{}, {}, executor);
   ASSERT_EQ(mended.size(), 2U);
-  EXPECT_EQ(mended[0].up_odom(), told.up_odom());
+  EXPECT_EQ(mended[0].up_odom(), reported.up_odom());
   EXPECT_LT(off_deg(mended[1].up_odom(), T.R.col(2)), 0.5);
 }
 

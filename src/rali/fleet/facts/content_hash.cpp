@@ -1,6 +1,6 @@
 #include <bit>
 
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 
 namespace rali::fleet {
 
@@ -8,7 +8,7 @@ namespace {
 
 using geometry::SE3;
 
-/// FNV-1a over 64-bit words, with a last mix so that low bits depend on all.
+/// FNV-1a over 64-bit words, with a final mix so that low bits depend on all.
 class Hash {
  public:
   void add(std::uint64_t word) { state_ = (state_ ^ word) * 0x100000001B3ULL ^ state_ >> 29; }
@@ -66,7 +66,7 @@ void add(Hash& h, const EpochStart& start) {
 void add(Hash& h, const Increment& step) {
   h.add(std::uint64_t{step.node});
   h.add(step.keyframe ? std::uint64_t{*step.keyframe} : ~std::uint64_t{0});
-  h.add(word(step.begins, step.at_rest, step.blind, step.levelled));
+  h.add(word(step.begins, step.at_rest, step.degenerate, step.levelled));
   h.add(step.T_odom_body);
   h.add(step.v_odom_mps);
   h.add(step.gyro_bias_radps);

@@ -9,15 +9,15 @@ namespace rali::fleet {
 
 namespace {
 
-/// Inventories that overtook each other are told from a restart by how far back their number is.
+/// The step back in the number distinguishes reordered inventories from a restart.
 constexpr std::uint32_t kOvertakenMax = 64;
 constexpr std::size_t kRequestsRemembered = 64;
-/// Facts looked at for one request.
+/// Facts processed per request.
 constexpr std::size_t kAnswersMax = 4096;
 
 bool is_points(const Fact& fact) { return std::holds_alternative<KeyframePoints>(fact.body); }
 
-/// The numbers of a set as stretches.
+/// The numbers of a set as intervals.
 std::vector<SeqInterval> intervals_of(const SeqSet& set) {
   std::vector<SeqInterval> out;
   std::uint64_t next = 0;
@@ -42,7 +42,7 @@ Exchange::Exchange(VehicleId self, const std::vector<VehicleId>& fleet,
 }
 
 void Exchange::go_on(std::uint32_t epoch, const FactStore& store) {
-  // More messages than any start of a program sends.
+  // More messages than any single program run sends.
   constexpr std::uint32_t kNumbersPerEpoch = 1U << 20;
   inventories_ = requests_ = epoch * kNumbersPerEpoch;
   for (const StreamInventory& stream : store.streams()) {
@@ -64,8 +64,8 @@ void Exchange::set_quality(VehicleId peer, double quality) {
 
 bool Exchange::in_reach(VehicleId peer, Time now) const {
   const auto found = peers_.find(peer);
-  if (found == peers_.end() || !found->second.heard) return false;
-  return (now - *found->second.heard).s() <= settings_.heard_s;
+  if (found == peers_.end() || !found->second.received) return false;
+  return (now - *found->second.received).s() <= settings_.received_s;
 }
 
 std::size_t Exchange::waiting(VehicleId peer) const {
@@ -89,12 +89,12 @@ void Exchange::receive(const Envelope& envelope, FactStore& store, Time now) {
   const auto found = peers_.find(envelope.from);
   if (found == peers_.end() || (envelope.to && *envelope.to != self_)) return;
   Peer& peer = found->second;
-  // On contact both say at once what they have.
+  // On contact both sides send their inventory at once.
   if (!in_reach(envelope.from, now)) announce_ = true;
-  peer.heard = now;
-  if (const auto* told = std::get_if<FactMessage>(&envelope.message)) {
-    store.add(told->fact);
-    wants_.came(*told->fact, envelope.from, now);
+  peer.received = now;
+  if (const auto* reported = std::get_if<FactMessage>(&envelope.message)) {
+    store.add(reported->fact);
+    wants_.came(*reported->fact, envelope.from, now);
   } else if (const auto* inventory = std::get_if<Inventory>(&envelope.message)) {
     on_inventory(peer, *inventory, now);
   } else if (const auto* request = std::get_if<Request>(&envelope.message)) {
@@ -141,7 +141,7 @@ void Exchange::on_request(Peer& peer, const Request& request, const FactStore& s
 
 void Exchange::on_withheld(const Withheld& message, const FactStore& store) {
   if (takes_points(self_) || peers_.count(message.stream.vehicle) == 0) return;
-  // Bounded as what is held is: what does not fit is asked for in vain, no more.
+  // Bounded like the store: numbers beyond the limits only cause requests without an answer.
   constexpr StoreLimits kLimits;
   if (withheld_.count(message.stream) == 0 && withheld_.size() >= kLimits.streams) return;
   std::size_t looked_at = 0;

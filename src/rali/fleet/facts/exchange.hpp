@@ -16,46 +16,46 @@
 
 namespace rali::fleet {
 
-/// Brings the facts of all to all, over links that lose, repeat, delay and break (algorithms_fleet
-/// 11.2, middleware 4.2). New facts go out once, unasked, to those in reach; whatever is lost the
-/// receiver asks for, having compared inventories: of the author, else of any holder. Time is an
-/// argument; same calls, same messages.
+/// Distributes the facts of all vehicles to all vehicles over links that lose, repeat, delay and
+/// break (algorithms_fleet 11.2, middleware 4.2). A new fact is sent once, unasked, to the vehicles
+/// in reach. A receiver compares inventories and requests lost facts: from the author, else from
+/// any holder. Time is an argument; the same calls give the same messages.
 class Exchange {
  public:
   Exchange(VehicleId self, const std::vector<VehicleId>& fleet, const ExchangeSettings& settings);
 
-  /// After a restart: the numbers of messages go on beyond those of earlier epochs, which others
-  /// remember; what the store holds is not told unasked again.
+  /// After a restart: message numbers continue beyond those of earlier epochs, which peers
+  /// remember. Facts already in the store are not sent unasked again.
   void go_on(std::uint32_t epoch, const FactStore& store);
 
-  /// Takes a message of any kind: facts into the store, the rest to heart. What it does not know
-  /// (role, status, table) only shows that the link is up.
+  /// Receives a message of any kind: facts go into the store, exchange messages are processed. All
+  /// other kinds (role, status, table) only show that the link is up.
   void receive(const Envelope& envelope, FactStore& store, Time now);
 
-  /// What to send now. Call it at each event, at least ten times a second.
+  /// Messages to send now. Call it at each event, at least ten times a second.
   [[nodiscard]] std::vector<Envelope> step(const FactStore& store, Time now);
 
-  /// In a round points go to the anchor alone (11.4); none: to all.
+  /// During a round, points are sent to the anchor only (11.4); none: to all.
   void set_points_to(std::optional<VehicleId> anchor);
 
-  /// How good the link to another vehicle is, 0 to 1; 0.5 until told.
+  /// Quality of the link to another vehicle, 0 to 1; 0.5 until set.
   void set_quality(VehicleId peer, double quality);
 
-  /// An inventory with the next step: at contact, at a seal, at the end of a round.
+  /// Requests an inventory with the next step: at contact, at a seal, at the end of a round.
   void announce() { announce_ = true; }
 
   [[nodiscard]] bool in_reach(VehicleId peer, Time now) const;
 
-  /// True if the peer's last inventory has all that `inventory` names.
+  /// True if the peer's last inventory contains everything that `inventory` names.
   [[nodiscard]] bool peer_holds(VehicleId peer, const Inventory& inventory) const;
 
-  /// Facts known of and not there.
+  /// Number of facts that are known to exist and are missing here.
   [[nodiscard]] std::size_t lacking() const { return wants_.size(); }
 
-  /// Likewise, those of one author.
+  /// Likewise, of one author.
   [[nodiscard]] std::size_t lacking_of(VehicleId author) const { return wants_.size_of(author); }
 
-  /// Facts that wait to be sent to a peer.
+  /// Number of facts queued for a peer.
   [[nodiscard]] std::size_t waiting(VehicleId peer) const;
 
   void set_free_bytes(std::uint64_t bytes) { free_bytes_ = bytes; }
@@ -64,13 +64,14 @@ class Exchange {
   struct Peer {
     explicit Peer(const ExchangeSettings& settings) : queue(settings) {}
 
-    std::optional<Time> heard;
+    std::optional<Time> received;
     double quality = 0.5;
     std::optional<std::uint32_t> inventory_number;
     Holdings holdings;
     SendQueue queue;
     std::deque<std::pair<std::uint32_t, Time>> requests_seen;  ///< a radio may repeat them
-    std::map<StreamKey, SeqSet> withheld;  ///< points it was not told, and does not know of yet
+    std::map<StreamKey, SeqSet> withheld;  ///< points not sent to it, of which it is not informed
+                                           ///< yet
   };
 
   void on_inventory(Peer& peer, const Inventory& inventory, Time now);
@@ -89,9 +90,9 @@ class Exchange {
   ExchangeSettings settings_;
   std::map<VehicleId, Peer> peers_;
   WantList wants_;
-  Holdings withheld_;  ///< points that others keep back from us
+  Holdings withheld_;  ///< points that peers withhold from this vehicle
   std::optional<VehicleId> points_to_;
-  std::map<StreamKey, std::uint32_t> pushed_;  ///< of our own streams: the next to be told
+  std::map<StreamKey, std::uint32_t> pushed_;  ///< of own streams: the next number to be sent
   std::optional<Time> last_inventory_;
   std::uint32_t inventories_ = 0, requests_ = 0;
   std::uint64_t free_bytes_ = 0;

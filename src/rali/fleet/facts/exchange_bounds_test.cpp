@@ -7,17 +7,17 @@ namespace {
 
 constexpr VehicleId kSelf{0}, kPeer{1};
 
-/// A tag that takes no points, and the peer that tells it which it keeps back.
+/// A tag that takes no points, and the peer that reports which ones it withholds.
 struct Tag {
   Tag() { exchange.set_points_to(kPeer); }
 
-  void hear(Message message) {
+  void receive(Message message) {
     exchange.receive(Envelope{kPeer, std::nullopt, std::move(message)}, store, now);
   }
 
-  /// Facts asked for when the peer says that it holds the first numbers of one stream.
+  /// Facts requested when the peer lists the first numbers of one stream.
   std::size_t lacking(std::uint32_t epoch, std::uint32_t facts) {
-    hear(Inventory{++inventory, 0, {{{kPeer, epoch}, facts, {}}}});
+    receive(Inventory{++inventory, 0, {{{kPeer, epoch}, facts, {}}}});
     static_cast<void>(exchange.step(store, now));
     return exchange.lacking();
   }
@@ -30,23 +30,25 @@ struct Tag {
 
 TEST(ExchangeBounds, what_is_kept_back_is_not_asked_for) {
   Tag tag;
-  tag.hear(Withheld{{kPeer, 3}, {{0, 1}}});
+  tag.receive(Withheld{{kPeer, 3}, {{0, 1}}});
   EXPECT_EQ(tag.lacking(3, 3), 1U);
 }
 
 TEST(ExchangeBounds, streams_without_end_are_not_remembered) {
   Tag tag;
-  for (std::uint32_t epoch = 0; epoch < 3000; ++epoch) tag.hear(Withheld{{kPeer, epoch}, {{0, 0}}});
+  for (std::uint32_t epoch = 0; epoch < 3000; ++epoch)
+    tag.receive(Withheld{{kPeer, epoch}, {{0, 0}}});
   EXPECT_EQ(tag.lacking(1000, 1), 0U);
   EXPECT_EQ(tag.lacking(2999, 1), 1U);
 }
 
 TEST(ExchangeBounds, nor_are_numbers_with_gaps_without_end) {
   Tag tag;
-  for (std::uint32_t seq = 1; seq < 20000; seq += 2) tag.hear(Withheld{{kPeer, 0}, {{seq, seq}}});
-  tag.hear(Withheld{{kPeer, 1}, {{0, 0}}});
-  EXPECT_EQ(tag.lacking(0, 2), 1U);  // number 0; 1 is kept back
-  EXPECT_EQ(tag.lacking(1, 1), 0U);  // another stream is no worse off
+  for (std::uint32_t seq = 1; seq < 20000; seq += 2)
+    tag.receive(Withheld{{kPeer, 0}, {{seq, seq}}});
+  tag.receive(Withheld{{kPeer, 1}, {{0, 0}}});
+  EXPECT_EQ(tag.lacking(0, 2), 1U);  // number 0; 1 is withheld
+  EXPECT_EQ(tag.lacking(1, 1), 0U);  // another stream is not affected
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 
 namespace rali::fleet {
 
@@ -19,7 +19,7 @@ Result<FactPtr> FactStore::add_own(const Fact& fact) {
   if (fact.key.vehicle != self_) {
     return fail(ErrorCode::kInput, text_of(fact.key), "the fact is another vehicle's");
   }
-  Result<Fact> rounded = told(fact);
+  Result<Fact> rounded = quantised(fact);
   if (!rounded) return tl::make_unexpected(std::move(rounded.error()));
   auto shared = std::make_shared<const Fact>(std::move(*rounded));
   if (add(shared) != Added::kNew) {
@@ -32,7 +32,7 @@ Result<FactPtr> FactStore::add_own(const Fact& fact) {
 
 bool FactStore::within_limits(const FactKey& key) const {
   if (!std::binary_search(fleet_.begin(), fleet_.end(), key.vehicle)) return false;
-  // The last number has no end beyond it that an inventory could name.
+  // An inventory cannot express an end beyond the largest number.
   if (key.seq == std::numeric_limits<std::uint32_t>::max()) return false;
   if (size_ >= limits_.facts) return false;
   const auto found = streams_.find({key.vehicle, key.epoch});
@@ -86,9 +86,9 @@ void FactStore::persisted(const FactKey& key) {
   found->second.on_disk.insert(key.seq);
 }
 
-/// Once per stream: a cloned disk makes as many conflicts as facts.
+/// Once per stream: a cloned disk causes as many conflicts as facts.
 void FactStore::report_conflict(const FactKey& key, Time t, Stream& stream) {
-  if (std::exchange(stream.conflict_said, true)) return;
+  if (std::exchange(stream.conflict_reported, true)) return;
   Finding finding;
   finding.id = "fleet.conflict";
   finding.severity = Severity::kError;
@@ -138,7 +138,7 @@ std::vector<StreamInventory> FactStore::streams() const {
 }
 
 std::uint64_t FactStore::hash() const {
-  // By key, so that the order in which facts came does not matter.
+  // By key, so that the order of arrival has no effect.
   std::uint64_t h = 0xCBF29CE484222325ULL;
   const auto mix = [&h](std::uint64_t word) {
     h = (h ^ word) * 0x9E3779B97F4A7C15ULL;

@@ -17,57 +17,58 @@ namespace rali::fleet {
 
 using FactPtr = std::shared_ptr<const Fact>;
 
-/// Bounds of what others may make a vehicle keep (middleware 4.2).
+/// Limits on the memory that other vehicles can make a vehicle use (middleware 4.2).
 struct StoreLimits {
   std::size_t streams = 1024;
   std::size_t gaps = 4096;  ///< of all streams
   std::size_t facts = 2000000;
 };
 
-/// All facts a vehicle has, its own and those of others. A fact is the same wherever it comes from,
-/// so that order and repetition change nothing: a set with union (algorithms_fleet 11.2).
+/// All facts a vehicle has, its own and those of others. A fact is identical whatever its source,
+/// so order and repetition have no effect: a set with union (algorithms_fleet 11.2).
 class FactStore {
  public:
-  /// What became of a fact.
+  /// Result of adding a fact.
   enum class Added {
     kNew,
     kKnown,
-    kConflict,  ///< another content under the same key: the first one stays, see take_findings
+    kConflict,  ///< other content under the same key: the first one is kept, see take_findings
     kRefused    ///< unknown vehicle, or beyond the limits
   };
 
-  /// @param fleet the vehicles whose facts are taken
+  /// @param fleet the vehicles whose facts are accepted
   FactStore(VehicleId self, std::vector<VehicleId> fleet, StoreLimits limits = {});
 
-  /// A fact of this vehicle, rounded to what the others will know (told.hpp).
-  /// @return the rounded one. Errors: those of told(); kInput for a fact of another vehicle, a
-  ///         number used before, or beyond the limits
+  /// Adds a fact of this vehicle, quantised as it is sent (quantise.hpp).
+  /// @return the quantised one. Errors: those of quantised(); kInput for a fact of another vehicle,
+  /// a
+  ///                 number used before, or beyond the limits
   [[nodiscard]] Result<FactPtr> add_own(const Fact& fact);
 
-  /// A fact as it came from another vehicle, in whatever order.
+  /// Adds a fact received from another vehicle, in any order.
   Added add(FactPtr fact);
 
-  /// A fact, own or foreign, that the disk has kept since before the program's start.
+  /// Adds a fact, own or foreign, that was stored on disk before the program's start.
   Added restore(FactPtr fact);
 
-  /// From now on an inventory names only facts that are known to be on the disk (I5). Without it
-  /// every fact counts as persisted.
+  /// From now on an inventory names only facts that are confirmed to be on the disk (I5). Without a
+  /// log every fact counts as persisted.
   void keep_log() { logs_ = true; }
 
-  /// With a log: each fact once that is to be written to it.
+  /// With a log: returns each fact once that must be written to it.
   [[nodiscard]] std::vector<FactPtr> take_unsaved() { return std::exchange(unsaved_, {}); }
 
-  /// With a log: the fact is on the disk. Nothing happens if there is no such fact.
+  /// With a log: the fact is on the disk. No effect if there is no such fact.
   void persisted(const FactKey& key);
 
-  /// Each fact once, own and foreign, as they came in.
+  /// Each fact once, own and foreign, in order of arrival.
   [[nodiscard]] std::vector<FactPtr> take_new();
 
   [[nodiscard]] FindingList take_findings();
 
   [[nodiscard]] FactPtr find(const FactKey& key) const;
 
-  /// What is held of a stream; empty if nothing.
+  /// Numbers held of a stream; empty if none.
   [[nodiscard]] const SeqSet& held(const StreamKey& stream) const;
 
   /// By key. @param first, last numbers, both included; calls visit(FactPtr), which returns false
@@ -83,13 +84,13 @@ class FactStore {
     }
   }
 
-  /// What is on the disk: others may rely on it.
+  /// Facts that are on the disk: others may rely on them.
   [[nodiscard]] Inventory inventory(std::uint32_t number, std::uint64_t free_bytes) const;
 
-  /// All that is held, on the disk or not yet. Ascending by key.
+  /// All facts held, on the disk or not yet. Ascending by key.
   [[nodiscard]] std::vector<StreamInventory> streams() const;
 
-  /// Of all keys and contents: equal on two vehicles that hold the same facts.
+  /// Hash of all keys and contents: equal on two vehicles that hold the same facts.
   [[nodiscard]] std::uint64_t hash() const;
 
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -111,7 +112,7 @@ class FactStore {
     std::map<std::uint32_t, Entry> facts;
     SeqSet held;
     SeqSet on_disk;  ///< of those held; used with a log
-    bool conflict_said = false;
+    bool conflict_reported = false;
   };
 
   [[nodiscard]] bool within_limits(const FactKey& key) const;

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "rali/fleet/facts/facts_for_test.hpp"
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 
 namespace rali::fleet {
 namespace {
@@ -82,7 +82,7 @@ TEST(FactStore, an_own_fact_is_kept_as_others_will_know_it) {
   const Fact own{{kA, 0, 0}, Time::from_s(1.0), random_increment(rng)};
   const auto kept = store.add_own(own);
   ASSERT_TRUE(kept);
-  EXPECT_EQ(content_hash(**kept), content_hash(*told(own)));
+  EXPECT_EQ(content_hash(**kept), content_hash(*quantised(own)));
   EXPECT_NE(content_hash(**kept), content_hash(own)) << "nothing was rounded";
   EXPECT_FALSE(store.add_own(own)) << "a number was used twice";
   EXPECT_FALSE(store.add_own(Fact{{kB, 0, 0}, {}, Increment{}})) << "another's fact as own";
@@ -105,61 +105,61 @@ TEST(FactStore, strangers_and_floods_are_refused_and_counted) {
   EXPECT_EQ(store.refused(), 4U);
 }
 
-TEST(Told, rounding_twice_is_rounding_once_for_every_kind) {
+TEST(Reported, rounding_twice_is_rounding_once_for_every_kind) {
   Rng rng(5);
   for (int k = 0; k < 20 * kBodies; ++k) {
     const Fact fact{{kA, 2, 7}, Time::from_s(3.0), random_body(rng, k % kBodies, kA)};
-    const auto once = told(fact);
+    const auto once = quantised(fact);
     ASSERT_TRUE(once) << k % kBodies;
-    const auto twice = told(*once);
+    const auto twice = quantised(*once);
     ASSERT_TRUE(twice);
     EXPECT_EQ(content_hash(*once), content_hash(*twice)) << "kind " << k % kBodies;
   }
 }
 
-TEST(Told, what_is_not_a_number_is_not_told) {
+TEST(Reported, what_is_not_a_number_is_not_told) {
   Rng rng(6);
   const double kNan = std::numeric_limits<double>::quiet_NaN();
   Increment step = random_increment(rng);
   step.covariance(2, 3) = kNan;
-  EXPECT_FALSE(told({{kA, 0, 0}, {}, step}));
+  EXPECT_FALSE(quantised({{kA, 0, 0}, {}, step}));
   step = random_increment(rng);
   step.T_odom_body.R *= 1.1;
-  EXPECT_FALSE(told({{kA, 0, 0}, {}, step})) << "no rotation";
+  EXPECT_FALSE(quantised({{kA, 0, 0}, {}, step})) << "no rotation";
   RangeBlock block = random_ranges(rng, kA, 1, 3);
   block.ranges[1].range_m = -1.0;
-  EXPECT_FALSE(told({{kA, 0, 0}, {}, block}));
+  EXPECT_FALSE(quantised({{kA, 0, 0}, {}, block}));
   KeyframePoints points = random_points(rng, 10, false);
   points.z_m[4] = std::numeric_limits<float>::infinity();
-  EXPECT_FALSE(told({{kA, 0, 0}, {}, points}));
+  EXPECT_FALSE(quantised({{kA, 0, 0}, {}, points}));
   points = random_points(rng, 10, true);
   points.intensity.pop_back();
-  const auto refused = told({{kA, 0, 8}, {}, points});
+  const auto refused = quantised({{kA, 0, 8}, {}, points});
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message().find("number 8"), std::string::npos);
 }
 
-TEST(Told, inertial_steps_that_no_solver_takes_are_not_told) {
+TEST(Reported, inertial_steps_that_no_solver_takes_are_not_told) {
   Rng rng(7);
   const Increment good = random_increment(rng);
-  ASSERT_TRUE(told({{kA, 0, 0}, {}, good}));
+  ASSERT_TRUE(quantised({{kA, 0, 0}, {}, good}));
   for (const double bad : {0.0, -1.0, 1e9}) {
     Increment step = good;
     step.inertial->duration_s = bad;
-    EXPECT_FALSE(told({{kA, 0, 0}, {}, step})) << bad;
+    EXPECT_FALSE(quantised({{kA, 0, 0}, {}, step})) << bad;
   }
   for (const double bad : {0.0, -1e-5, 1e-60}) {
     Increment step = good;
     step.inertial->gyro_walk_radps_rts = bad;
-    EXPECT_FALSE(told({{kA, 0, 0}, {}, step})) << bad;
+    EXPECT_FALSE(quantised({{kA, 0, 0}, {}, step})) << bad;
     step = good;
     step.inertial->accel_walk_mps2_rts = bad;
-    EXPECT_FALSE(told({{kA, 0, 0}, {}, step})) << bad;
+    EXPECT_FALSE(quantised({{kA, 0, 0}, {}, step})) << bad;
   }
 }
 
-// Any solver that heard of such a step ended with an internal error.
-TEST(Told, an_inertial_step_whose_covariance_is_none_is_left_out) {
+// Such a step caused an internal error in every solver that received it.
+TEST(Reported, an_inertial_step_whose_covariance_is_none_is_left_out) {
   Rng rng(8);
   Increment step = random_increment(rng);
   step.inertial->covariance.setIdentity();
@@ -167,16 +167,16 @@ TEST(Told, an_inertial_step_whose_covariance_is_none_is_left_out) {
     step.inertial->covariance(i, j) = step.inertial->covariance(j, i) = correlation;
   };
   hangs_together(0, 1, 1.0);
-  const auto singular = told({{kA, 0, 0}, {}, step});
+  const auto singular = quantised({{kA, 0, 0}, {}, step});
   ASSERT_TRUE(singular);
   EXPECT_TRUE(std::get<Increment>(singular->body).inertial) << "two that are one are possible";
   // a = b and b = c, but a = -c.
   hangs_together(1, 2, 1.0);
   hangs_together(0, 2, -1.0);
-  const auto impossible = told({{kA, 0, 0}, {}, step});
+  const auto impossible = quantised({{kA, 0, 0}, {}, step});
   ASSERT_TRUE(impossible);
   EXPECT_FALSE(std::get<Increment>(impossible->body).inertial);
-  const auto again = told(*impossible);
+  const auto again = quantised(*impossible);
   ASSERT_TRUE(again);
   EXPECT_EQ(content_hash(*again), content_hash(*impossible));
 }

@@ -12,13 +12,13 @@
 #include "rali/geometry/se3.hpp"
 #include "rali/graph/factors.hpp"
 
-/// What the vehicles of a fleet tell each other for good (algorithms_fleet 11.1): immutable facts,
-/// each of which enters one estimate once. Everything else between vehicles is soft state that the
-/// next message replaces.
+/// Permanent data that the vehicles of a fleet exchange (algorithms_fleet 11.1): immutable facts,
+/// each of which enters one estimate once. All other messages between vehicles are soft state that
+/// the next message replaces.
 namespace rali::fleet {
 
-/// Name of a fact. The epoch is raised at each start of a vehicle's odometry: a new epoch is a new
-/// odom frame.
+/// Key of a fact. The epoch is incremented at each start of a vehicle's odometry: a new epoch is a
+/// new odom frame.
 struct FactKey {
   VehicleId vehicle;
   std::uint32_t epoch = 0;
@@ -26,27 +26,28 @@ struct FactKey {
   constexpr auto operator<=>(const FactKey&) const = default;
 };
 
-/// A node of a vehicle's path, and what ties it to the node before: LiDAR and inertial data alone,
-/// never ranges (algorithms_fleet 8.3).
+/// A node of a vehicle's path and its constraint to the previous node: from LiDAR and inertial data
+/// alone, never ranges (algorithms_fleet 8.3).
 struct Increment {
   std::uint32_t node = 0;                 ///< running number of the nodes, from 0
-  std::optional<std::uint32_t> keyframe;  ///< number of the keyframe that was made here
-  bool begins = false;                    ///< a new map begins: nothing ties it to the node before
+  std::optional<std::uint32_t> keyframe;  ///< number of the keyframe created here
+  bool begins = false;                    ///< a new map begins: no constraint to the previous node
   bool at_rest = false;
-  bool blind = false;     ///< a direction of travel is not known to the LiDAR
-  bool levelled = false;  ///< gravity and biases are known
-  /// As the filter had it: linearisation point and the path's shape where the LiDAR sees.
+  bool degenerate = false;  ///< a direction of travel is unobservable to the LiDAR
+  bool levelled = false;    ///< gravity and biases are estimated
+  /// Filter estimate: linearisation point, and the path's shape where the LiDAR constrains it.
   geometry::SE3 T_odom_body;
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
   geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();
   geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();
   geometry::Vec3 g_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);
   geometry::Mat6 covariance = geometry::Mat6::Zero();         ///< of geometry::boxplus
-  geometry::Mat6 lidar_information = geometry::Mat6::Zero();  ///< boxplus order, zero where blind
-  std::optional<graph::InertialFactor> inertial;  ///< from the node before; i and j are not used
+  geometry::Mat6 lidar_information = geometry::Mat6::Zero();  ///< boxplus order, zero where
+                                                              ///< degenerate
+  std::optional<graph::InertialFactor> inertial;  ///< from the previous node; i and j are not used
 };
 
-/// One range as one of its ends saw it. The other end has the same exchange in its own facts.
+/// One range as one of its ends recorded it. The other end has the same range in its own facts.
 struct RangeEntry {
   Time t;
   VehicleId from, to;  ///< as measured; one of them is the fact's vehicle
@@ -54,43 +55,44 @@ struct RangeEntry {
   double range_m = 0.0;
   double sigma_m = 0.1;       ///< of this range, raised by signal and map
   geometry::SE3 T_odom_body;  ///< of the fact's vehicle, at t
-  bool at_rest = false;       ///< the fact's vehicle stood
+  bool at_rest = false;       ///< the fact's vehicle was at standstill
 };
 
-/// The sane ranges of about a second.
+/// The plausible ranges of about a second.
 struct RangeBlock {
   std::vector<RangeEntry> ranges;  ///< by time
 };
 
-/// The points of a keyframe, thinned, in its body frame.
+/// The downsampled points of a keyframe, in its body frame.
 struct KeyframePoints {
   std::uint32_t keyframe = 0;
-  geometry::SE3 T_body_lidar;  ///< where the rays start
+  geometry::SE3 T_body_lidar;  ///< origin of the rays
   std::vector<float> x_m, y_m, z_m;
   std::vector<std::uint8_t> intensity;  ///< 0 to 255; empty or as many as points
-  bool refinement = false;              ///< finer points of a keyframe that is known coarsely
+  bool refinement = false;              ///< finer points of a keyframe that is already known
+                                        ///< coarsely
 
   [[nodiscard]] std::size_t size() const { return x_m.size(); }
 };
 
-/// Two keyframes that see the same place.
+/// Loop closure: two keyframes that observe the same place.
 struct Loop {
   KeyframeId from, to;
   geometry::SE3 T_from_to;
-  /// Rotation in `to`, translation in `from` (graph::RelativePoseFactor); zero where blind.
+  /// Rotation in `to`, translation in `from` (graph::RelativePoseFactor); zero where degenerate.
   geometry::Mat6 information = geometry::Mat6::Zero();
-  double overlap = 0.0;  ///< share of points with a partner
-  double rms_m = 0.0;    ///< of the partners' distances
+  double overlap = 0.0;  ///< fraction of points with a correspondence
+  double rms_m = 0.0;    ///< of the distances between corresponding points
   std::uint32_t from_epoch = 0, to_epoch = 0;
 };
 
-/// First fact of an epoch: who it is.
+/// First fact of an epoch: identifies the vehicle.
 struct EpochStart {
   std::string name;
   std::vector<geometry::Vec3> antennas_body_m;
 };
 
-/// A fact of a kind that only newer programs know: kept, and passed on as it came.
+/// A fact of a kind that only newer programs can read: stored, and forwarded unchanged.
 struct UnreadBody {
   std::uint8_t kind = 0;
 };
@@ -101,7 +103,7 @@ struct Fact {
   FactKey key;
   Time t;
   FactBody body;
-  /// What a newer program told besides, as it was told: who passes a fact on must not shorten it.
+  /// Unread trailing bytes from a newer program, unchanged: a forwarded fact must not be shortened.
   std::vector<std::uint8_t> unread = {};
 };
 

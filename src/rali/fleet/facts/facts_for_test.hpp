@@ -27,7 +27,7 @@ inline Increment random_increment(Rng& rng) {
   Increment step;
   step.node = static_cast<std::uint32_t>(rng.below(100000));
   if (rng.below(2) == 0) step.keyframe = static_cast<std::uint32_t>(rng.below(10000));
-  step.blind = rng.below(2) == 0;
+  step.degenerate = rng.below(2) == 0;
   step.levelled = true;
   step.T_odom_body = random_pose(rng);
   step.v_odom_mps = random_vector(rng);
@@ -97,7 +97,7 @@ inline Loop random_loop(Rng& rng) {
   return loop;
 }
 
-/// One of each kind by `which`, 0 to 6.
+/// A body of each kind by `which`, 0 to 6.
 inline FactBody random_body(Rng& rng, int which, VehicleId author) {
   switch (which) {
     case 0:

@@ -4,9 +4,9 @@
 
 namespace rali::fleet {
 
-/// Keyframes are numbered over all epochs of a vehicle, so that a KeyframeId names one keyframe for
-/// good: epoch e begins at e * 2^20. At one keyframe a second that is twelve days of one start of
-/// the odometry, and 4096 starts.
+/// Keyframe numbers are unique over all epochs of a vehicle, so that a KeyframeId names one
+/// keyframe permanently: epoch e begins at e * 2^20. At one keyframe a second this suffices for
+/// twelve days per start of the odometry, and for 4096 starts.
 inline constexpr std::uint32_t kKeyframesPerEpoch = 1U << 20;
 inline constexpr std::uint32_t kEpochsMax = 1U << 12;
 

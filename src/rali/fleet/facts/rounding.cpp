@@ -82,8 +82,8 @@ Mat3 rotation_of(const RotationCode& code, int bits) {
 RotationCode rotation_code(const Mat3& R, int bits) {
   const double steps = std::ldexp(1.0, bits);
   RotationCode code = code_once(quaternion(R), steps);
-  // Where two parts are almost equal, rounding can make the other one the largest: the code of what
-  // the code stands for is taken until it is the same.
+  // If two components are almost equal, rounding can make the other one the largest: the code is
+  // decoded and encoded again until it no longer changes.
   constexpr int kTries = 16;
   for (int k = 0; k < kTries; ++k) {
     const RotationCode again = code_once(quaternion(rotation_of(code, bits)), steps);

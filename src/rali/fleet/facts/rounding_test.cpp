@@ -21,7 +21,7 @@ Mat3 random_rotation(Rng& rng) {
 
 TEST(Rounding, a_quarter_turn_about_z_is_half_root_two_twice) {
   const RotationCode code = rotation_code(geometry::rotation_from_rpy(0.0, 0.0, M_PI / 2), 15);
-  // q = (0.70711, 0, 0, 0.70711): of equal parts the first is left out; 0.70711 * 32768 = 23170.5.
+  // q = (0.70711, 0, 0, 0.70711): of equal parts the first is omitted; 0.70711 * 32768 = 23170.5.
   EXPECT_EQ(code.largest == 0 ? code.parts[2] : code.parts[0], 23170);
 }
 
@@ -40,7 +40,7 @@ TEST(Rounding, the_code_of_what_a_rotation_code_means_is_that_code_even_at_ties)
   Rng rng(2);
   for (int k = 0; k < 3000; ++k) {
     Mat3 R = random_rotation(rng);
-    // Quarter turns about axes, alone and almost: two or four parts are equal in size.
+    // Exact and nearly exact quarter turns about axes: two or four parts are equal in size.
     if (k % 2 == 0) {
       const auto turn = [&rng] { return M_PI / 2 * static_cast<double>(rng.below(4)); };
       R = geometry::rotation_from_rpy(turn(), turn(), turn());
@@ -80,7 +80,7 @@ TEST(Rounding, a_covariance_stays_positive_close_to_full_correlation) {
 }
 
 TEST(Rounding, a_blind_direction_of_information_stays_blind) {
-  // 1e6 / m^2 in five directions of a turned frame, none in the sixth.
+  // 1e6 / m^2 in five directions of a rotated frame, none in the sixth.
   Rng rng(3);
   Mat6 random;
   for (int i = 0; i < 36; ++i) random(i / 6, i % 6) = rng.normal();
@@ -89,8 +89,8 @@ TEST(Rounding, a_blind_direction_of_information_stays_blind) {
   eigenvalues[0] = 0.0;
   const Mat6 information = Q * eigenvalues.asDiagonal() * Q.transpose();
   const Mat6 rounded = rounded_information(information);
-  const geometry::Vec6 blind = Q.col(0);
-  EXPECT_LT(std::abs(blind.dot(rounded * blind)), 1e-4);
+  const geometry::Vec6 degenerate = Q.col(0);
+  EXPECT_LT(std::abs(degenerate.dot(rounded * degenerate)), 1e-4);
   EXPECT_EQ(rounded, rounded_information(rounded));
   EXPECT_EQ(rounded, Mat6(rounded.transpose()));
 }

@@ -2,22 +2,22 @@
 
 #include <algorithm>
 
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 #include "rali/fleet/messages/kind.hpp"
 
 namespace rali::fleet {
 
 namespace {
 
-/// Remembered at most: beyond it a link's rate is judged by a part of what was sent.
+/// Limit of memory: beyond it a link's rate is evaluated from a part of what was sent.
 constexpr std::size_t kUnconfirmedMax = 10000;
-/// Judged by fewer bytes a link would look full or empty by chance.
+/// With fewer bytes a link would appear full or empty by chance.
 constexpr std::size_t kJudgedBytesMin = 4000;
-/// Of what was sent: below it a full link loses by its own fault, not by the air.
-constexpr double kCameShareMin = 0.5;
+/// Fraction that arrived: below it a full link loses because of its rate, not because of the radio.
+constexpr double kCameFractionMin = 0.5;
 constexpr double kRateGrowth = 1.5;
 constexpr double kBurst_s = 0.5;
-/// A larger fact goes out as well, and what comes after it waits the longer.
+/// A larger fact is sent as well, and the facts after it wait longer.
 constexpr double kBurstMin_bytes = 3000.0;
 
 int class_of(const Fact& fact) {
@@ -47,15 +47,15 @@ SendQueue::SendQueue(const ExchangeSettings& settings)
 
 void SendQueue::add(const FactPtr& fact, bool asked) {
   Waiting& waiting = waiting_[{class_of(*fact), fact->t.ns, fact->key}];
-  // What is told unasked needs no credit, whoever asks for it besides.
+  // A fact sent unasked needs no credit, even if it is requested too.
   waiting.asked = waiting.fact == nullptr ? asked : waiting.asked && asked;
   waiting.fact = fact;
 }
 
 void SendQueue::fill_bucket(Time now) {
   if (filled_) {
-    const double most = std::max(rate_Bps_ * kBurst_s, kBurstMin_bytes);
-    tokens_bytes_ = std::min(tokens_bytes_ + (now - *filled_).s() * rate_Bps_, most);
+    const double maximum = std::max(rate_Bps_ * kBurst_s, kBurstMin_bytes);
+    tokens_bytes_ = std::min(tokens_bytes_ + (now - *filled_).s() * rate_Bps_, maximum);
   }
   filled_ = now;
 }
@@ -90,7 +90,7 @@ void SendQueue::confirm(const Holdings& holdings, Time now) {
   std::size_t came = 0, lost = 0;
   for (auto it = unconfirmed_.begin(); it != unconfirmed_.end();) {
     const bool has_come = holds(holdings, it->first);
-    // What was sent shortly before the inventory may still be under way.
+    // A fact sent shortly before the inventory may still be in transit.
     const bool overdue = (now - it->second.t).s() > settings_.inventory_s;
     (has_come ? came : lost) += has_come || overdue ? it->second.bytes : 0;
     it = has_come || overdue ? unconfirmed_.erase(it) : std::next(it);
@@ -98,16 +98,16 @@ void SendQueue::confirm(const Holdings& holdings, Time now) {
   adapt(came, lost, now);
 }
 
-/// Loss alone is no reason to send less: the air loses, too. A link that is full and loses most is
-/// given a share of what came through.
+/// Loss alone is no reason to send less, because the radio loses messages, too. A full link that
+/// loses most is limited to a fraction of its goodput.
 void SendQueue::adapt(std::size_t came, std::size_t lost, Time now) {
   if (came + lost < kJudgedBytesMin) return;
-  const auto share = static_cast<double>(came) / static_cast<double>(came + lost);
-  if (was_full_ && share >= kCameShareMin) {
+  const auto fraction = static_cast<double>(came) / static_cast<double>(came + lost);
+  if (was_full_ && fraction >= kCameFractionMin) {
     rate_Bps_ *= kRateGrowth;
   } else if (was_full_ && confirmed_ && now > *confirmed_) {
     const double goodput_Bps = static_cast<double>(came) / (now - *confirmed_).s();
-    rate_Bps_ = std::min(rate_Bps_, settings_.goodput_share * goodput_Bps);
+    rate_Bps_ = std::min(rate_Bps_, settings_.goodput_fraction * goodput_Bps);
   }
   rate_Bps_ = std::clamp(rate_Bps_, settings_.rate_min_Bps, settings_.rate_max_Bps);
   was_full_ = false;

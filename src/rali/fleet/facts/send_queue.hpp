@@ -12,32 +12,32 @@
 
 namespace rali::fleet {
 
-/// What an inventory says, ready to be asked.
+/// Content of an inventory, indexed for look-up.
 using Holdings = std::map<StreamKey, SeqSet>;
 
-/// Facts that wait for one destination: what the estimate needs most first (increments and ranges,
-/// loops, coarse points, refinements), the oldest first among equals, no faster than the link
-/// takes them.
+/// Facts queued for one destination, at most at the rate of the link. The facts that the estimate
+/// needs most go first (increments and ranges, loops, coarse points, refinements), the oldest first
+/// within a class.
 class SendQueue {
  public:
   explicit SendQueue(const ExchangeSettings& settings);
 
-  /// @param asked true: was asked for and takes credit; false: is told unasked, because it is new
+  /// @param asked true: was requested and uses credit; false: is sent unasked, because it is new
   void add(const FactPtr& fact, bool asked);
 
   void grant(double bytes) { credit_bytes_ = bytes; }
 
-  /// The destination is out of reach: what waits is forgotten, it will ask.
+  /// The destination is out of reach: the queue is emptied, because it will request what it lacks.
   void clear() { waiting_.clear(); }
 
-  /// What may go now; it leaves the queue.
+  /// Facts that may be sent now; they leave the queue.
   [[nodiscard]] std::vector<FactPtr> take(Time now);
 
-  /// The destination told what it has: that need not be sent, and how much of what was sent came
-  /// tells how much the link takes.
+  /// Processes an inventory of the destination: facts it holds need not be sent. The fraction of
+  /// the sent facts that arrived gives the capacity of the link.
   void confirm(const Holdings& holdings, Time now);
 
-  /// Was sent less than `s` ago.
+  /// Whether it was sent less than `s` ago.
   [[nodiscard]] bool just_sent(const FactKey& key, Time now, double s) const;
 
   [[nodiscard]] std::size_t size() const { return waiting_.size(); }
@@ -55,7 +55,7 @@ class SendQueue {
     std::size_t bytes = 0;
   };
 
-  /// Class of kind, time, name.
+  /// Class of kind, time, key.
   using Order = std::tuple<int, std::int64_t, FactKey>;
 
   void fill_bucket(Time now);
@@ -67,7 +67,7 @@ class SendQueue {
   double credit_bytes_ = 0.0;
   double tokens_bytes_ = 0.0;
   double rate_Bps_ = 0.0;
-  bool was_full_ = false;  ///< something waited for the rate since the last confirmation
+  bool was_full_ = false;  ///< facts waited for the rate limit since the last confirmation
   std::optional<Time> filled_, confirmed_;
 };
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 
 namespace rali::fleet {
 namespace {
@@ -91,7 +91,7 @@ TEST(SendQueue, a_full_link_that_loses_most_gets_a_share_of_what_came) {
   EXPECT_EQ(queue.rate_Bps(), 60000.0) << "all came over a full link: more is tried";
   const std::size_t second = queue.take(Time::from_s(5.1)).size();
   ASSERT_GT(second, 20U);
-  // Ten seconds on, 10 of those facts have come: 0.7 * 10 * 400 B / 10 s.
+  // Ten seconds later, 10 of those facts have arrived: 0.7 * 10 * 400 B / 10 s.
   for (std::uint32_t k = 0; k < 10; ++k) all.push_back(static_cast<std::uint32_t>(first) + k);
   queue.add(increment(1000), false);
   queue.confirm(has(all), Time::from_s(15.0));

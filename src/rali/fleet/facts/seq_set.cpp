@@ -16,7 +16,7 @@ bool SeqSet::insert(std::uint32_t seq) {
   return true;
 }
 
-/// The interval must not overlap what is held; it may touch it.
+/// The interval must not overlap held ones; it may touch them.
 void SeqSet::insert_interval(std::uint32_t first, std::uint32_t last) {
   size_ += std::size_t{last - first} + 1;
   auto after = intervals_.upper_bound(first);
@@ -48,7 +48,7 @@ std::size_t SeqSet::gap_count_with(std::uint32_t seq) const {
   const bool after_held = seq != 0 && contains(seq - 1);
   const bool before_held = seq != std::numeric_limits<std::uint32_t>::max() && contains(seq + 1);
   if (intervals_.empty() || seq >= end()) return gap_count() + (seq != end() ? 1 : 0);
-  // It lies in a gap: it splits the gap, cuts one of its ends off, or fills it.
+  // It lies in a gap: it splits the gap, shortens it at one end, or fills it.
   const bool at_first = seq == 0 || after_held;
   return gap_count() + 1 - (at_first ? 1 : 0) - (before_held ? 1 : 0);
 }
@@ -95,7 +95,7 @@ SeqSet SeqSet::from(const StreamInventory& inventory) {
   SeqSet set;
   std::uint64_t next = 0;
   for (const SeqInterval& gap : inventory.gaps) {
-    // Gaps that contradict themselves say nothing about what is held beyond them.
+    // Beyond inconsistent gaps the held numbers are unknown.
     if (gap.first < next || gap.last < gap.first || gap.last >= inventory.end) return set;
     if (gap.first > next) {
       set.insert_interval(static_cast<std::uint32_t>(next), gap.first - 1);

@@ -9,11 +9,11 @@
 
 namespace rali::fleet {
 
-/// Which numbers of a stream are held, as disjoint intervals: memory goes with the number of gaps,
-/// not of facts.
+/// The numbers held of a stream, as disjoint intervals: memory grows with the number of gaps, not
+/// of facts.
 class SeqSet {
  public:
-  /// False if it was there.
+  /// False if it was already contained.
   bool insert(std::uint32_t seq);
 
   [[nodiscard]] bool contains(std::uint32_t seq) const;
@@ -25,23 +25,23 @@ class SeqSet {
   /// One beyond the largest number; 0 if empty.
   [[nodiscard]] std::uint64_t end() const;
 
-  /// How many stretches below end() are missing.
+  /// Number of missing intervals below end().
   [[nodiscard]] std::size_t gap_count() const;
 
-  /// How many there would be with this number.
+  /// Likewise, if this number were inserted.
   [[nodiscard]] std::size_t gap_count_with(std::uint32_t seq) const;
 
-  /// Missing below end(), ascending.
+  /// Missing numbers below end(), ascending.
   [[nodiscard]] std::vector<SeqInterval> gaps() const;
 
   /// The smallest number >= from that is missing below end().
   [[nodiscard]] std::optional<std::uint32_t> first_gap(std::uint32_t from) const;
 
-  /// The smallest number >= from that `other` has and this has not.
+  /// The smallest number >= from that `other` contains and this does not.
   [[nodiscard]] std::optional<std::uint32_t> first_lacking(const SeqSet& other,
                                                            std::uint32_t from) const;
 
-  /// What an inventory says of a stream.
+  /// The numbers that an inventory lists for a stream.
   [[nodiscard]] static SeqSet from(const StreamInventory& inventory);
 
  private:

@@ -55,8 +55,8 @@ TEST(SeqSet, agrees_with_a_plain_set_whatever_is_inserted) {
 TEST(SeqSet, an_inventory_comes_back_and_a_contradictory_one_claims_no_more_than_it_may) {
   SeqSet set;
   for (const std::uint32_t seq : {1U, 2U, 6U}) set.insert(seq);
-  const StreamInventory said{{VehicleId{1}, 0}, 7, set.gaps()};
-  const SeqSet back = SeqSet::from(said);
+  const StreamInventory reported{{VehicleId{1}, 0}, 7, set.gaps()};
+  const SeqSet back = SeqSet::from(reported);
   EXPECT_EQ(back.gaps(), set.gaps());
   EXPECT_EQ(back.end(), 7U);
   const SeqSet odd = SeqSet::from({{VehicleId{1}, 0}, 10, {{4, 5}, {3, 8}}});

@@ -5,14 +5,14 @@
 #include <limits>
 #include <set>
 
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 
 namespace rali::fleet {
 
 namespace {
 
 constexpr std::size_t kMissingPerStream = 512;
-/// Of all streams together: a peer may name a thousand that nobody has.
+/// Of all streams together: a peer may list a thousand streams that no vehicle has.
 constexpr std::size_t kMissingMax = 16384;
 constexpr int kVainMax = 2;
 constexpr double kSizeGain = 0.1;
@@ -24,7 +24,7 @@ const SeqSet* holdings_of(const Holder& holder, const StreamKey& stream) {
   return found == holder.holdings->end() ? nullptr : &found->second;
 }
 
-/// The author is known to be in a later epoch than this one, or is this vehicle itself.
+/// Whether a later epoch of the author is known, or the author is this vehicle itself.
 bool has_restarted(VehicleId self, const StreamKey& stream, const std::vector<Holder>& holders) {
   if (stream.vehicle == self) return true;
   return std::any_of(holders.begin(), holders.end(), [&](const Holder& holder) {
@@ -34,7 +34,7 @@ bool has_restarted(VehicleId self, const StreamKey& stream, const std::vector<Ho
   });
 }
 
-/// Appends to the last stretch where the number follows on it.
+/// Extends the last interval if the number follows it, else appends a new one.
 void append(std::vector<Want>& wants, const FactKey& key) {
   const StreamKey stream{key.vehicle, key.epoch};
   if (!wants.empty() && wants.back().stream == stream && wants.back().numbers.last + 1 == key.seq) {
@@ -74,21 +74,22 @@ void WantList::refresh(const FactStore& store, const std::vector<Holder>& holder
     for (const auto& [stream, numbers] : *holder.holdings) streams.insert(stream);
   }
   for (const StreamInventory& own : store.streams()) streams.insert(own.stream);
-  // The same for each stream, so that none can keep another from being asked for.
-  const std::size_t share = kMissingMax / std::max<std::size_t>(streams.size(), 1);
-  const std::size_t per_stream = std::clamp<std::size_t>(share, 1, kMissingPerStream);
+  // The same for each stream, so that no stream blocks the requests of another.
+  const std::size_t fraction = kMissingMax / std::max<std::size_t>(streams.size(), 1);
+  const std::size_t per_stream = std::clamp<std::size_t>(fraction, 1, kMissingPerStream);
   std::map<FactKey, Missing> still;
   for (const StreamKey& stream : streams) {
     const SeqSet& held = store.held(stream);
     const auto kept_back = withheld.find(stream);
-    // What an author had not written to its disk when it stopped is nobody's who does not say so.
+    // Facts not written to the author's disk before it stopped are held only by vehicles that list
+    // them.
     const bool author_lacks = has_restarted(store.self(), stream, holders);
     std::size_t count = 0;
     std::uint64_t seq = 0;
     while (count < per_stream) {
       if (seq > std::numeric_limits<std::uint32_t>::max()) break;
-      // The smallest number that we lack and somebody has: a holder, or the author, who has all
-      // below the last one we have.
+      // The smallest number that is missing here and held elsewhere: by a holder, or by the author,
+      // who has all below the last one held here.
       std::optional<std::uint32_t> next;
       for (const Holder& holder : holders) {
         const SeqSet* theirs = holdings_of(holder, stream);
@@ -102,7 +103,7 @@ void WantList::refresh(const FactStore& store, const std::vector<Holder>& holder
       }
       if (!next) break;
       if (kept_back != withheld.end() && kept_back->second.contains(*next)) {
-        // The whole stretch at once: it may be billions long.
+        // The whole interval at once: it may contain billions of numbers.
         const auto after = kept_back->second.first_gap(*next);
         seq = after ? *after : kept_back->second.end();
         continue;
@@ -160,7 +161,7 @@ std::map<VehicleId, std::vector<Want>> WantList::ask(const FactStore& store,
     if (!due(missing, now)) continue;
     const Holder* holder = choose(key, missing, store, holders);
     if (holder == nullptr) continue;
-    // A new fact may be on its way already: half a round trip is given to it.
+    // A new fact may be in transit already: half a round trip is allowed for it.
     const double on_its_way_s = 0.5 * patience_s(holder->vehicle);
     if (!missing.asked && (now - missing.known).s() < on_its_way_s) continue;
     const auto last = last_request_.find(holder->vehicle);
@@ -187,8 +188,8 @@ void WantList::came(const Fact& fact, VehicleId from, Time now) {
   fact_bytes_ += kSizeGain * (static_cast<double>(bytes_about(fact)) - fact_bytes_);
   const auto found = missing_.find(fact.key);
   if (found == missing_.end()) return;
-  // Only the first request of a fact tells a time: of a second one it is not known which was
-  // answered (Karn).
+  // Only the first request of a fact gives a response time: after a second one it is unknown which
+  // was answered (Karn).
   const Missing& missing = found->second;
   if (missing.asked && missing.times == 1 && missing.asked_of == from) {
     patience_.emplace(from, Patience(settings_)).first->second.sample((now - *missing.asked).s());

@@ -11,14 +11,14 @@
 
 namespace rali::fleet {
 
-/// Another vehicle as one who may be asked.
+/// Another vehicle of which facts can be requested.
 struct Holder {
   VehicleId vehicle;
   double quality = 0.0;  ///< of the link, 0 to 1
   const Holdings* holdings = nullptr;
 };
 
-/// How long a link takes to answer (as TCP finds its timeout, RFC 6298).
+/// Time a link takes to answer (estimated as TCP estimates its timeout, RFC 6298).
 class Patience {
  public:
   explicit Patience(const ExchangeSettings& settings) : settings_(settings) {}
@@ -32,39 +32,39 @@ class Patience {
   double deviation_s_ = 0.0;
 };
 
-/// The facts a vehicle knows of and does not have: whom it asked for which, and when.
+/// The facts a vehicle knows to exist and lacks: whom it asked for each, and when.
 class WantList {
  public:
   explicit WantList(const ExchangeSettings& settings) : settings_(settings) {}
 
-  /// Looks for what is missing: below the end of each stream, and what others say they hold.
+  /// Finds what is missing: gaps below the end of each stream, and facts that others list.
   /// `withheld` are points that are not wanted now. Bounded: the first few hundred of each stream,
   /// fewer if there are many streams.
   void refresh(const FactStore& store, const std::vector<Holder>& holders, const Holdings& withheld,
                Time now);
 
-  /// What to ask of whom now, marked as asked. Of the author if it is in reach, else of the holder
-  /// with the best link; of another one after two vain requests.
+  /// Requests to send now, marked as asked. They go to the author if it is in reach, else to the
+  /// holder with the best link; after two requests without answer, to another holder.
   [[nodiscard]] std::map<VehicleId, std::vector<Want>> ask(const FactStore& store,
                                                            const std::vector<Holder>& holders,
                                                            Time now);
 
-  /// A fact came: how long its request took, and how large facts are.
+  /// A fact arrived: updates the response time of its request and the mean fact size.
   void came(const Fact& fact, VehicleId from, Time now);
 
-  /// Not to be had now.
+  /// Not available now.
   void drop(const FactKey& key) { missing_.erase(key); }
 
   [[nodiscard]] std::size_t size() const { return missing_.size(); }
 
-  /// Of one author.
+  /// Likewise, of one author.
   [[nodiscard]] std::size_t size_of(VehicleId author) const;
 
   [[nodiscard]] double patience_s(VehicleId holder) const;
 
  private:
   struct Missing {
-    Time known;  ///< since when
+    Time known;  ///< since when it is known to be missing
     std::optional<Time> asked;
     VehicleId asked_of;
     int times = 0;
@@ -80,7 +80,7 @@ class WantList {
   std::map<FactKey, Missing> missing_;
   std::map<VehicleId, Patience> patience_;
   std::map<VehicleId, Time> last_request_;
-  double fact_bytes_ = 1000.0;  ///< mean of those that came
+  double fact_bytes_ = 1000.0;  ///< mean of the received ones
 };
 
 }  // namespace rali::fleet

@@ -9,7 +9,7 @@ constexpr VehicleId kSelf{0}, kPeer{1};
 const Time kNow = Time::from_s(10.0);
 constexpr std::uint32_t kLast = 0xFFFFFFFFU;
 
-/// One who has nothing, and a peer that says it holds the first numbers of some streams.
+/// A vehicle without facts, and a peer that lists the first numbers of some streams.
 struct Lacking {
   void peer_has(std::uint32_t epoch, std::uint32_t end) {
     theirs[{kPeer, epoch}] = SeqSet::from({{kPeer, epoch}, end, {}});
@@ -27,7 +27,7 @@ TEST(WantList, four_billion_numbers_kept_back_are_passed_over_at_once) {
   me.peer_has(0, kLast);
   me.withheld[{kPeer, 0}] = SeqSet::from({{kPeer, 0}, kLast - 2, {{5, 6}}});
   me.refresh();
-  EXPECT_EQ(me.wants.size(), 4U);  // 5, 6, and the two after what is kept back
+  EXPECT_EQ(me.wants.size(), 4U);  // 5, 6, and the two after the withheld ones
 }
 
 TEST(WantList, nothing_comes_after_the_last_number) {
@@ -65,8 +65,8 @@ FactPtr fact_of(std::uint32_t epoch, std::uint32_t seq) {
   return std::make_shared<const Fact>(Fact{{kPeer, epoch, seq}, kNow, EpochStart{}});
 }
 
-// A fact that only its author had, and had not written to its disk when it stopped, was wanted for
-// ever: no mission that waits for all facts would have ended.
+// A fact held only by its author, and not on its disk when it stopped, stayed wanted for ever. A
+// mission that waits for all facts would never have ended.
 TEST(WantList, what_an_author_lost_in_a_restart_is_wanted_only_where_somebody_has_it) {
   Lacking me;
   me.store.add(fact_of(0, 0));

@@ -11,10 +11,10 @@ namespace rali::fleet {
 
 namespace {
 
-/// From so many degrees of freedom on chi2/dof is judged by the settings alone.
+/// From this number of degrees of freedom on chi2/dof is tested by the settings alone.
 constexpr double kFullDof = 12.0;
-/// No innovation counts more in a window than one of 5 sigma.
-constexpr double kMostNis = 25.0;
+/// Limits each innovation in a window to 5 sigma.
+constexpr double kMaxNis = 25.0;
 
 bool verified(const ScanCheck& check, const ScanToMapSettings& settings) {
   if (!check.expected) return true;
@@ -22,7 +22,7 @@ bool verified(const ScanCheck& check, const ScanToMapSettings& settings) {
          check.median_m < settings.noise_factor * check.voxel_noise_m;
 }
 
-/// Would the best win, and be known, without what the user said?
+/// Whether the best would fail to win, or lack information, without the user's prior.
 bool needs_prior(const HypothesisSet& set, const InitSettings& settings) {
   if (!set.has_prior) return false;
   const FrameHypothesis& best = set.all.front();
@@ -42,15 +42,15 @@ DecidedBy origin(const HypothesisSet& set, const InitSettings& settings) {
   return set.ranges.empty() ? DecidedBy::kScans : DecidedBy::kRangesAndScans;
 }
 
-/// Scans alone: the same wrong place is recognised more than once where places are alike, but not
-/// without rival.
+/// For scans alone: where places are alike, a wrong one may be recognised more than once, but then
+/// with rivals.
 bool seen_enough(const HypothesisSet& set, const CommitSettings& settings) {
   int against = 0;
   for (std::size_t k = 1; k < set.all.size(); ++k) against = std::max(against, set.all[k].views);
   return set.all.front().views >= settings.views_min + against;
 }
 
-/// Preset paper: once the map is large enough, whatever the residuals say.
+/// Preset paper: decides by the size of the map, whatever the residuals are.
 Decision decide_at_size(const HypothesisSet& set, const CommitInputs& inputs,
                         const InitSettings& settings, Decision d) {
   d.by = DecidedBy::kPrior;
@@ -65,7 +65,7 @@ Decision decide_at_size(const HypothesisSet& set, const CommitInputs& inputs,
   return d;
 }
 
-/// The cheapest hypothesis in which the user's start pose holds.
+/// The cheapest hypothesis that agrees with the user's start pose.
 std::optional<std::size_t> with_prior(const HypothesisSet& set, const InitSettings& settings) {
   for (std::size_t k = 0; k < set.all.size(); ++k) {
     if (set.all[k].prior_chi2 < settings.prior.wrong_chi2) return k;
@@ -73,19 +73,19 @@ std::optional<std::size_t> with_prior(const HypothesisSet& set, const InitSettin
   return std::nullopt;
 }
 
-/// A start pose that was measured puts two vehicles into one frame as well as it was measured;
-/// ranges and scans sharpen that. Only another answer that is certain without it speaks against it,
-/// or, while none is, one that is much better and fits: ranges that fit nowhere (behind racks they
-/// are metres too long for a minute) contradict one another, not the start pose.
+/// A measured start pose relates two vehicles within its sigmas; ranges and scans refine it. It is
+/// overruled only by another hypothesis that is certain without it, or, if none is, by one that is
+/// much better and fits. Ranges that fit nowhere contradict one another, not the start pose: behind
+/// racks they are metres too long for a minute.
 Decision decide_with_prior(const HypothesisSet& set, Decision d, const InitSettings& settings) {
   const std::optional<std::size_t> held = with_prior(set, settings);
   if (!held) return d;
-  // Another answer is better: by what would decide between any two if it is known, by what a start
-  // pose may be off at most if it is not.
-  const double most = d.ready ? settings.commit.gap_chi2 : settings.prior.wrong_chi2;
+  // Whether another hypothesis is better: if it is certain, by the gap required between any two; if
+  // not, by the largest chi2 of a wrong start pose.
+  const double maximum = d.ready ? settings.commit.gap_chi2 : settings.prior.wrong_chi2;
   const FrameSolution& best = set.all.front().solution;
   const bool fits = fit_is_plausible(best.fit_chi2, best.dof, settings.commit);
-  if (*held > 0 && (d.ready || fits) && set.gap(*held) > most) return d;
+  if (*held > 0 && (d.ready || fits) && set.gap(*held) > maximum) return d;
   if (!d.ready) d.by = DecidedBy::kPrior;
   d.ready = d.at_once = true;
   d.chosen = *held;
@@ -119,7 +119,7 @@ bool fit_is_plausible(double fit_chi2, int dof, const CommitSettings& settings) 
 
 namespace {
 
-/// What ranges and scans say, the user's start pose being one voice among them.
+/// Decision by ranges and scans, with the user's start pose as one measurement among them.
 Decision decide_by_all(const HypothesisSet& set, const Observability& seen,
                        const CommitInputs& inputs, const InitSettings& settings) {
   Decision d;
@@ -177,9 +177,9 @@ bool CommitGate::evaluate(Time t, const Decision& decision, const FrameHypothesi
 }
 
 bool Watch::add_range(double nis) {
-  // What is not a number is no evidence; one wild range must not decide a window alone.
+  // NaN is no evidence; a single outlier must not decide a window.
   if (!std::isfinite(nis)) return false;
-  sum_ += std::min(nis, kMostNis);
+  sum_ += std::min(nis, kMaxNis);
   if (++count_ < settings_.window) return false;
   const double mean = sum_ / count_;
   const double bound = 1.0 + settings_.quantile * std::sqrt(2.0 / count_);

@@ -7,7 +7,7 @@
 namespace rali::fleet {
 namespace {
 
-/// Two hypotheses 2 m apart of 15 ranges; all that is not tested is in order.
+/// Two hypotheses 2 m apart of 15 ranges; all untested values are valid.
 HypothesisSet two(double chi2_best, double chi2_second, int dof = 12) {
   HypothesisSet set;
   set.all.resize(2);
@@ -26,18 +26,18 @@ HypothesisSet two(double chi2_best, double chi2_second, int dof = 12) {
   return set;
 }
 
-int evaluations_until_commit(const HypothesisSet& set, double spacing_s, int most) {
+int evaluations_until_commit(const HypothesisSet& set, double spacing_s, int maximum) {
   const InitSettings settings;
   CommitGate gate(settings);
-  for (int k = 0; k < most; ++k) {
+  for (int k = 0; k < maximum; ++k) {
     const Decision d = decide(set, observability(set, settings), {}, settings);
     if (gate.evaluate(Time::from_s(spacing_s * k), d, &set.all.front())) return k + 1;
   }
   return 0;
 }
 
-// One place that looks alike is enough to be wrong; a rival that was recognised once, too, is a
-// reason to want one more.
+// A single similar place can give a wrong match; a rival that was also recognised once requires one
+// more match.
 TEST(CommitGate, scans_alone_want_two_views_and_one_more_for_each_against) {
   const InitSettings settings;
   HypothesisSet set = two(10.0, 60.0);
@@ -75,7 +75,7 @@ TEST(CommitGate, a_bad_fit_makes_the_gap_smaller_and_a_worse_one_forbids) {
 }
 
 TEST(CommitGate, ranges_better_than_their_sigma_do_not_forbid_unless_asked_for) {
-  // A radio of 5 cm that its user calls one of 10 cm: chi2/dof about 0.2.
+  // A radio with an error of 5 cm and a configured sigma of 10 cm: chi2/dof about 0.2.
   const HypothesisSet set = two(2.4, 100.0);
   EXPECT_EQ(evaluations_until_commit(set, 2.0, 3), 3);
   InitSettings settings;
@@ -135,7 +135,7 @@ TEST(CommitGate, says_when_it_was_the_prior_that_decided) {
 
 TEST(CommitGate, ranges_that_fit_nowhere_do_not_outvote_a_start_pose) {
   const InitSettings settings;
-  HypothesisSet set = two(100.0, 700.0);  // the better one is where the start pose is not
+  HypothesisSet set = two(100.0, 700.0);  // the better one contradicts the start pose
   set.has_prior = true;
   set.all[0].prior_chi2 = settings.prior.wrong_chi2;
   set.all[0].solution.dof = 20;
@@ -173,7 +173,7 @@ TEST(Watch, undoes_after_three_windows_of_large_innovations) {
   EXPECT_TRUE(watch.add_range(2.5));
   watch.reset();
   for (int i = 0; i < 29; ++i) EXPECT_FALSE(watch.add_range(2.5));
-  // One wild range in each window of 50 good ones does not: (25 + 49)/50 is below 1.62.
+  // One outlier in each window of 50 good ones does not: (25 + 49)/50 is below 1.62.
   Watch other{WatchSettings{}};
   for (int i = 0; i < 500; ++i) EXPECT_FALSE(other.add_range(i % 50 == 0 ? 1e9 : 1.0));
   EXPECT_FALSE(other.add_range(std::numeric_limits<double>::quiet_NaN()));

@@ -26,8 +26,8 @@ std::vector<PathSample> straight(double growth_m2) {
   return path;
 }
 
-// 20 m: scale 0.5 % is 0.1 m along; a walk of q per root metre is q sqrt(20^3 / 3) across, up and
-// down as tilt has it.
+// 20 m: scale 0.5 % is 0.1 m along; a random walk of q per root metre is q sqrt(20^3 / 3) across;
+// vertically the tilt acts.
 TEST(DriftBasis, of_a_straight_way_has_the_variances_of_its_walk) {
   DriftSettings settings;
   settings.segments = 32;
@@ -47,7 +47,7 @@ TEST(DriftBasis, takes_what_a_told_covariance_grows_by) {
   const auto D = drift_basis(straight(4.0), settings);
   EXPECT_NEAR(covariance(D.back())(0, 0), 4.0, 1e-9);
   EXPECT_NEAR(covariance(D[50])(0, 0), 2.0, 1e-9);
-  // Errors at two places share what came before both: correlated as a walk is.
+  // Errors at two places share all earlier ones: correlated as a random walk.
   EXPECT_NEAR((D[50] * D.back().transpose())(0, 0), 2.0, 1e-9);
 }
 
@@ -59,7 +59,7 @@ TEST(DriftBasis, of_one_who_stands_or_of_nothing_is_empty) {
   EXPECT_EQ(D.front().cols(), 0);
 }
 
-// The order in which pairs tell of a path must not matter.
+// The order in which pairs add samples of a path must have no effect.
 TEST(DriftBasis, follows_time_and_not_the_order_given) {
   std::vector<PathSample> path = straight(1.0);
   const auto forward = drift_basis(path, {});

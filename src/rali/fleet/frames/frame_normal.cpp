@@ -12,11 +12,11 @@ using geometry::Vec3;
 
 namespace {
 
-/// A pair that lies in one point has no direction.
-constexpr double kLeastDistance_m = 1e-6;
-/// A range whose direct way was blocked tells nothing about the fit of the others: one in ten of
-/// them must not make a good answer look like none.
-constexpr double kMostInFit = 9.0;
+/// Two ends at the same point have no direction.
+constexpr double kMinDistance_m = 1e-6;
+/// A range along a blocked path is no measure of the fit of the others: one in ten of them must not
+/// make a correct solution look like a misfit.
+constexpr double kMaxInFit = 9.0;
 
 Eigen::Index frame_at(std::size_t f) { return 4 * (static_cast<Eigen::Index>(f) - 1); }
 
@@ -132,7 +132,7 @@ void FrameNormal::set_frames(const FrameValues& v) {
   }
 }
 
-/// The end's place in the first frame.
+/// The end's position in the first frame.
 Vec3 FrameNormal::place_of(const FrameValues& v, std::size_t f, const Vec3& x,
                            const Eigen::Matrix3Xd& drift) const {
   Vec3 moved_m = x;
@@ -145,9 +145,9 @@ Vec3 FrameNormal::place_of(const FrameValues& v, std::size_t f, const Vec3& x,
                       T.sin_yaw * moved_m.x() + T.cos_yaw * moved_m.y(), moved_m.z());
 }
 
-/// Derivatives of the distance between two ends by the unknowns of one of them: yaw and place of
+/// Derivatives of the distance between two ends by the unknowns of one of them: yaw and position of
 /// its frame, unless that is the first one, then the errors of its path.
-/// @param u towards this end, with the row's weight @return where to go on writing
+/// @param u towards this end, with the row's weight @return where to continue writing
 double* FrameNormal::write_end(std::size_t f, const Vec3& place_m, const Eigen::Matrix3Xd& drift,
                                const Vec3& u, double* out) const {
   const Placed& T = frames_[f];
@@ -161,12 +161,12 @@ double* FrameNormal::write_end(std::size_t f, const Vec3& place_m, const Eigen::
   return out;
 }
 
-/// Residual and derivatives of one range, by its sigma and its loss. @return cost
+/// Residual and derivatives of one range, weighted by its sigma and its loss. @return cost
 double FrameNormal::write_row(const FrameValues& v, const RangeTerm& r, Eigen::Index row) {
   const Vec3 place_a = place_of(v, r.a, r.x_m, r.x_drift);
   const Vec3 place_b = place_of(v, r.b, r.y_m, r.y_drift);
   const Vec3 apart = place_a - place_b;
-  const double rho = std::max(apart.norm(), kLeastDistance_m);
+  const double rho = std::max(apart.norm(), kMinDistance_m);
   const Vec3 u = apart / rho;
   const bool biased = p_.bias_size() > 0;
   const double bias_m = biased ? v.others[static_cast<Eigen::Index>(r.pair)] : 0.0;
@@ -182,7 +182,7 @@ double FrameNormal::write_row(const FrameValues& v, const RangeTerm& r, Eigen::I
   return std::abs(e) <= knee ? e * e : 2.0 * knee * std::abs(e) - knee * knee;
 }
 
-/// All ranges of a pair at once: a dense product is ten times as fast as a scattered one of each.
+/// All ranges of a pair at once: a dense product is ten times as fast as scattered single updates.
 double FrameNormal::add_run(const FrameValues& v, const Run& run) {
   const auto unknowns = static_cast<Eigen::Index>(run.at.size());
   const auto ranges = static_cast<Eigen::Index>(run.last - run.first);
@@ -191,7 +191,7 @@ double FrameNormal::add_run(const FrameValues& v, const Run& run) {
   double cost = 0.0;
   for (Eigen::Index k = 0; k < ranges; ++k) {
     const double own = write_row(v, p_.ranges[run.first + static_cast<std::size_t>(k)], k);
-    beyond_fit += std::max(0.0, own - kMostInFit);
+    beyond_fit += std::max(0.0, own - kMaxInFit);
     cost += own;
   }
   squares_.setZero(unknowns, unknowns);

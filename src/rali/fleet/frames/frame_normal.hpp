@@ -8,7 +8,7 @@
 
 namespace rali::fleet {
 
-/// How far an alternative is from holding at some values: yaw, then place in b.
+/// Residual of an alternative at given values: yaw, then position in b.
 [[nodiscard]] Vec4 evidence_residual(const FrameValues& v, const EvidenceGroup& group,
                                      std::size_t k);
 
@@ -17,31 +17,31 @@ class FrameNormal {
  public:
   explicit FrameNormal(const FrameProblem& problem);
 
-  /// Values plus step d.
+  /// Values after applying step d.
   [[nodiscard]] FrameValues moved(const FrameValues& v, const Eigen::VectorXd& d) const;
 
-  /// @param holds alternative that is held for true, per group of evidence
-  /// @return cost: robust squares of all
+  /// @param holds accepted alternative per group of evidence
+  /// @return cost: sum of the robust squares
   double build(const FrameValues& v, const std::vector<int>& holds);
 
-  /// Only what evidence adds. @return its cost
+  /// Adds only the terms of the evidence. @return their cost
   double build_evidence(const FrameValues& v, const std::vector<int>& holds);
 
-  /// With the equations of the same problem at other values.
+  /// Exchanges the equations with those of the same problem at other values.
   void swap(FrameNormal& other);
 
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
-  double beyond_fit = 0.0;  ///< part of the cost that the fit is not judged by
+  double beyond_fit = 0.0;  ///< part of the cost that the fit test excludes
 
  private:
   /// Ranges of one pair: they depend on the same unknowns.
   struct Run {
-    std::size_t first = 0, last = 0;  ///< of problem.ranges; the last is not in it
+    std::size_t first = 0, last = 0;  ///< of problem.ranges; the last is excluded
     std::vector<Eigen::Index> at;     ///< unknowns, in the order of a row
   };
 
-  /// A frame at the values: its sine and cosine are asked for at every range.
+  /// A frame at the values, with its sine and cosine, which every range needs.
   struct Placed {
     double cos_yaw = 1.0, sin_yaw = 0.0;
     geometry::Vec3 t_m = geometry::Vec3::Zero();

@@ -20,7 +20,7 @@ std::optional<std::size_t> index_of(const std::vector<StreamKey>& keys, StreamKe
   return static_cast<std::size_t>(at - keys.begin());
 }
 
-/// Which term, and which end of it, a sample of a path belongs to.
+/// The term, and the end of it, that a sample of a path belongs to.
 struct End {
   std::size_t term = 0;
   bool is_a = true;
@@ -91,9 +91,9 @@ void add_evidence(const std::vector<PoseEvidence>& evidence, FrameProblem& probl
     group.b.push_back(*b);
   }
   for (EvidenceGroup& group : problem.evidence) {
-    double least = group.alternatives.front().chi2;
-    for (const PoseEvidence& e : group.alternatives) least = std::min(least, e.chi2);
-    for (PoseEvidence& e : group.alternatives) e.chi2 -= least;
+    double minimum = group.alternatives.front().chi2;
+    for (const PoseEvidence& e : group.alternatives) minimum = std::min(minimum, e.chi2);
+    for (PoseEvidence& e : group.alternatives) e.chi2 -= minimum;
   }
 }
 

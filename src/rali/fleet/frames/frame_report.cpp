@@ -20,14 +20,14 @@ const FrameSolver::Link* FrameSolver::link_of(std::size_t a, std::size_t b) cons
   return at != links_.end() ? &at->second : nullptr;
 }
 
-/// Who of a group has most to say of a vehicle.
+/// The member of a group with the most ranges to a vehicle.
 StreamKey FrameSolver::partner_of(StreamKey key, const FrameGroup& group) const {
   StreamKey best = group.keys.front();
-  std::size_t most = 0;
+  std::size_t maximum = 0;
   for (const StreamKey other : group.keys) {
     const auto at = tracks_.find(std::minmax(key, other));
-    if (at == tracks_.end() || at->second.received() <= most) continue;
-    most = at->second.received();
+    if (at == tracks_.end() || at->second.received() <= maximum) continue;
+    maximum = at->second.received();
     best = other;
   }
   return best;

@@ -12,17 +12,17 @@ namespace rali::fleet {
 
 namespace {
 
-/// Keeps directions of which nothing is known where they are.
+/// Keeps unobservable directions at their initial values.
 constexpr double kTinyInformation = 1e-6;
-/// An eigenvalue below this share of the largest is none: nothing is known along it.
+/// An eigenvalue below this fraction of the largest counts as zero: unobservable.
 constexpr double kNothing = 1e-9;
 constexpr double kConverged = 1e-9;
-constexpr double kEasier = 0.1, kHarder = 10.0, kLeastDamping = 1e-9, kMostDamping = 1e8;
-/// Times that the alternatives are chosen anew: two choices could take turns.
+constexpr double kEasier = 0.1, kHarder = 10.0, kMinDamping = 1e-9, kMaxDamping = 1e8;
+/// Iterations of the choice of alternatives, because two choices could alternate.
 constexpr int kChoices = 4;
 
-/// Frames' part of H with the first `integrated` of the other unknowns integrated out and the rest
-/// held.
+/// The frames' part of H with the first `integrated` of the other unknowns marginalised and the
+/// rest fixed.
 Eigen::MatrixXd marginal(const Eigen::MatrixXd& H, Eigen::Index frames, Eigen::Index integrated) {
   Eigen::MatrixXd out = H.topLeftCorner(frames, frames);
   if (integrated > 0) {
@@ -32,7 +32,7 @@ Eigen::MatrixXd marginal(const Eigen::MatrixXd& H, Eigen::Index frames, Eigen::I
   return 0.5 * (out + out.transpose());
 }
 
-/// Directions of (x, y, yaw) of all frames of which nothing is known.
+/// Number of unobservable directions of (x, y, yaw) of all frames.
 int unknown_directions(const Eigen::MatrixXd& information) {
   if (information.rows() == 0) return 0;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(information, Eigen::EigenvaluesOnly);
@@ -40,13 +40,13 @@ int unknown_directions(const Eigen::MatrixXd& information) {
   return static_cast<int>((solver.eigenvalues().array() < kNothing * largest).count());
 }
 
-/// Numbers that a piece of evidence tells.
+/// Rank of the information of a piece of evidence.
 int rank_of(const PoseEvidence& e) {
   const Eigen::SelfAdjointEigenSolver<Mat4> solver(e.information, Eigen::EigenvaluesOnly);
   return static_cast<int>((solver.eigenvalues().array() > kTinyInformation).count());
 }
 
-/// What the chosen alternatives cost besides their residuals, and what the fit is judged by.
+/// Sets the informations and costs of a solution, and the chi2 and dof of its fit.
 void settle(const FrameProblem& p, double cost, FrameNormal& normal, FrameSolution& s) {
   const Eigen::Index frames = p.frame_size();
   s.information = marginal(normal.H, frames, p.size() - frames);
@@ -80,7 +80,7 @@ void settle(const FrameProblem& p, double cost, FrameNormal& normal, FrameSoluti
   s.prior_information = normal.H.topLeftCorner(frames, frames);
 }
 
-/// The alternative that costs least at some values.
+/// The alternative with the least cost at given values.
 struct Nearest {
   int alternative = kNoneHolds;
   double cost = std::numeric_limits<double>::infinity();
@@ -129,11 +129,11 @@ FrameSolution solve_frames(const FrameProblem& problem, const FrameValues& start
       s.values = tried;
       cost = cost_tried;
       here.swap(there);
-      lambda = std::max(kLeastDamping, kEasier * lambda);
+      lambda = std::max(kMinDamping, kEasier * lambda);
       if (done) break;
     } else {
       lambda *= kHarder;
-      if (lambda > kMostDamping) break;
+      if (lambda > kMaxDamping) break;
     }
   }
   s.valid = std::isfinite(cost) && finite(s.values) && here.H.allFinite();

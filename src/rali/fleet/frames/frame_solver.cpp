@@ -12,7 +12,7 @@ using geometry::Vec3;
 
 namespace {
 
-/// Keeps the inverse of what nothing is known about finite: 1000 m, 1000 rad.
+/// Keeps the inverse finite in unobservable directions: 1000 m, 1000 rad.
 constexpr double kTinyInformation = 1e-6;
 
 bool holds(const FrameGroup& g, StreamKey key) {
@@ -89,22 +89,22 @@ std::vector<PairTrack> FrameSolver::tracks_of(const FrameGroup& a, const FrameGr
   return out;
 }
 
-std::size_t FrameSolver::heard_between(const FrameGroup& a, const FrameGroup& b) const {
+std::size_t FrameSolver::received_between(const FrameGroup& a, const FrameGroup& b) const {
   const auto news = static_cast<std::size_t>(settings_.commit.new_ranges);
-  std::size_t heard = 0;
+  std::size_t received = 0;
   for (const auto& [pair, track] : tracks_) {
-    if (between(a, b, pair.first, pair.second)) heard += track.received();
+    if (between(a, b, pair.first, pair.second)) received += track.received();
   }
-  // A piece of evidence is news enough, a few more ranges are not.
+  // A piece of evidence alone triggers an evaluation, a few more ranges do not.
   for (const PoseEvidence& e : evidence_) {
-    if (between(a, b, e.a, e.b)) heard += news;
+    if (between(a, b, e.a, e.b)) received += news;
   }
-  return heard;
+  return received;
 }
 
 CommitInputs FrameSolver::inputs(const FrameGroup& a, const FrameGroup& b) const {
   CommitInputs out;
-  const auto most = [this](const FrameGroup& g) {
+  const auto maximum = [this](const FrameGroup& g) {
     int n = 0;
     for (const StreamKey key : g.keys) {
       const auto at = keyframes_.find(key);
@@ -112,9 +112,10 @@ CommitInputs FrameSolver::inputs(const FrameGroup& a, const FrameGroup& b) const
     }
     return n;
   };
-  // Preset paper: the size of the tag's map counts, an anchor that stands has but one keyframe.
+  // Preset paper: the size of the tag's map counts, because a standing anchor has only one
+  // keyframe.
   const bool of_either = settings_.commit.rule == CommitRule::kAtSize;
-  out.keyframes = of_either ? std::max(most(a), most(b)) : std::min(most(a), most(b));
+  out.keyframes = of_either ? std::max(maximum(a), maximum(b)) : std::min(maximum(a), maximum(b));
   for (const auto& [pair, check] : checks_) {
     if (between(a, b, pair.first, pair.second)) out.check = check;
   }
@@ -123,8 +124,8 @@ CommitInputs FrameSolver::inputs(const FrameGroup& a, const FrameGroup& b) const
 
 /// @return true if a is to be joined to b
 bool FrameSolver::look(Time t, const Group& a, const Group& b) {
-  const std::size_t heard = heard_between(a.frames, b.frames);
-  if (heard == 0) return false;
+  const std::size_t received = received_between(a.frames, b.frames);
+  if (received == 0) return false;
   const KeyPair key(a.frames.keys.front(), b.frames.keys.front());
   const std::size_t members = a.frames.keys.size() + b.frames.keys.size();
   auto at = links_.find(key);
@@ -133,9 +134,10 @@ bool FrameSolver::look(Time t, const Group& a, const Group& b) {
   }
   Link& link = at->second;
   const auto news = static_cast<std::size_t>(settings_.commit.new_ranges);
-  const bool anew = link.heard == 0 || heard >= link.heard + news || members != link.members;
+  const bool anew =
+      link.received == 0 || received >= link.received + news || members != link.members;
   if (anew) {
-    link.heard = heard;
+    link.received = received;
     link.members = members;
     link.set =
         group_hypotheses(a.frames, b.frames, tracks_of(a.frames, b.frames), evidence_, settings_);
@@ -194,7 +196,7 @@ void FrameSolver::take(Group& group, const FrameProblem& problem, const FrameSol
   const Eigen::Index n = problem.frame_size();
   Eigen::MatrixXd information = solution.information;
   information.diagonal().array() += kTinyInformation;
-  // From (yaw, place of the pivot) to (yaw, translation): t = place - R pivot.
+  // From (yaw, pivot position) to (yaw, translation): t = position - R pivot.
   Eigen::MatrixXd A = Eigen::MatrixXd::Identity(n, n);
   for (std::size_t f = 1; f < problem.keys.size(); ++f) {
     const Eigen::Index at = 4 * (static_cast<Eigen::Index>(f) - 1);
@@ -206,10 +208,10 @@ void FrameSolver::take(Group& group, const FrameProblem& problem, const FrameSol
 }
 
 void FrameSolver::solve(Group& group, bool anew) {
-  const std::size_t heard = heard_between(group.frames, group.frames);
+  const std::size_t received = received_between(group.frames, group.frames);
   const auto news = static_cast<std::size_t>(settings_.commit.new_ranges);
-  if (!anew && heard < group.heard + news) return;
-  group.heard = heard;
+  if (!anew && received < group.received + news) return;
+  group.received = received;
   const FrameProblem problem = make_frame_problem(
       group.frames.keys, tracks_of(group.frames, group.frames), evidence_, settings_);
   const bool choose = settings_.commit.rule == CommitRule::kCertain;
@@ -231,7 +233,7 @@ void FrameSolver::unplace(StreamKey key) {
   group.frames.T_ref_odom.erase(group.frames.T_ref_odom.begin() + index);
   for (YawPose& T : group.frames.T_ref_odom) T = T_first.inverse() * T;
   group.by.erase(key);
-  group.heard = 0;
+  group.received = 0;
   std::erase_if(tracks_, [key](const auto& item) {
     return item.first.first == key || item.first.second == key;
   });

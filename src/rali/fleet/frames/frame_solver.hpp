@@ -10,7 +10,7 @@
 
 namespace rali::fleet {
 
-/// Frames of vehicles that are tied together.
+/// Vehicles whose relative frames are known.
 struct SolvedGroup {
   FrameGroup frames;  ///< T_ref_odom of each; the reference first, then in order of joining
   /// Of (yaw, translation) of T_ref_odom of all but the reference, in their order [rad, m].
@@ -18,13 +18,13 @@ struct SolvedGroup {
   std::vector<DecidedBy> by;  ///< per key; of the reference without meaning
 };
 
-/// How two groups stand that are not tied together yet.
+/// State of the transform between two groups that are not joined yet.
 struct OpenLink {
   std::size_t a = 0, b = 0;  ///< indices of groups
   Decision decision;
   Observability seen;
-  std::vector<YawPose> T_b_a;  ///< what is left, cheapest first
-  int views = 0;               ///< places recognised without rival that hold in the first of them
+  std::vector<YawPose> T_b_a;  ///< remaining hypotheses, cheapest first
+  int views = 0;               ///< unambiguous place recognitions that agree with the first
 };
 
 struct FleetFrames {
@@ -32,16 +32,16 @@ struct FleetFrames {
   std::vector<OpenLink> links;
 };
 
-/// The frames if the first of a link's hypotheses were true; its links are left out.
+/// The frames if the first hypothesis of a link were true; its links are left out.
 [[nodiscard]] FleetFrames joined(FleetFrames frames, const OpenLink& link);
 
-/// Names of vehicles, for sentences; one that is missing is called "v" and its number.
+/// Names of vehicles for messages; a missing one is called "v" and its number.
 using VehicleNames = std::map<VehicleId, std::string>;
 
-/// Finds the frames of a fleet (algorithms_fleet 7). Every vehicle begins as a group of its own;
-/// two groups are tied together when their transform is certain, whichever of their vehicles told
-/// of it: so a vehicle may be placed through another tag. All frames of a group are solved
-/// together. Groups that cannot be joined stay apart, with the reason in words (U23).
+/// Determines the frames of a fleet (algorithms_fleet 7). Every vehicle starts as a group of its
+/// own. Two groups are joined when their transform is certain, whichever of their vehicles measured
+/// it: so a vehicle may be placed through another tag. All frames of a group are solved together.
+/// Groups that cannot be joined stay separate, with the reason in words (U23).
 ///
 /// A value without clock; the order in which groups are tried is that of the keys.
 class FrameSolver {
@@ -49,38 +49,38 @@ class FrameSolver {
   /// @param reference the vehicle whose frame is the global one; its group is the first
   FrameSolver(const InitSettings& settings, StreamKey reference);
 
-  /// A vehicle that takes part, even if nothing is heard of it.
+  /// A participating vehicle, even if no measurement of it exists.
   void add_vehicle(StreamKey key);
 
   /// A range between two vehicles; they are added if they are new.
   TrackUse add_range(StreamKey a, StreamKey b, const RangeObservation& observation);
 
-  /// What else is known between two vehicles; they are added if they are new. Evidence within one
-  /// group helps to solve it.
+  /// Other evidence between two vehicles; they are added if they are new. Evidence within one group
+  /// helps to solve it.
   void add_evidence(const PoseEvidence& evidence);
 
-  /// Of the local map.
+  /// Number of keyframes of its local map.
   void set_keyframes(StreamKey key, int keyframes) { keyframes_[key] = keyframes; }
 
-  /// A comparison of scans at the best hypothesis between the groups of two vehicles; it counts
-  /// until the next one.
+  /// A comparison of scans at the best hypothesis between the groups of two vehicles; valid until
+  /// the next one.
   void set_scan_check(StreamKey a, StreamKey b, const ScanCheck& check);
 
-  /// Looks at all links that have heard something new, ties together what is certain, and solves
+  /// Evaluates all links with new measurements, joins groups whose transform is certain, and solves
   /// the groups again. @param t time of the fleet, not before that of the last call
   void evaluate(Time t);
 
-  /// Takes a vehicle out of its group again (Watch): it must be found anew, from new ranges.
+  /// Removes a vehicle from its group (Watch): it must be placed again, from new ranges.
   void unplace(StreamKey key);
 
-  /// Places a vehicle as known before, e.g. by the former centre of the fleet: vehicle `a` joins
-  /// the group of `b` at once, and this stays as evidence. Nothing happens if `a` is in a group
+  /// Places a vehicle by an earlier result, e.g. of the former centre of the fleet: vehicle `a`
+  /// joins the group of `b` at once, and `known` stays as evidence. No effect if `a` is in a group
   /// already.
   void place(const PoseEvidence& known);
 
   [[nodiscard]] FleetFrames frames() const;
 
-  /// In one sentence how the vehicle stands to the reference.
+  /// One sentence about the relation of the vehicle to the reference.
   [[nodiscard]] std::string text(StreamKey key, const VehicleNames& names) const;
 
   [[nodiscard]] bool placed(StreamKey key) const;
@@ -93,13 +93,13 @@ class FrameSolver {
     FrameGroup frames;
     Eigen::MatrixXd covariance;
     std::map<StreamKey, DecidedBy> by;
-    std::size_t heard = 0;  ///< ranges and evidence of when it was solved
+    std::size_t received = 0;  ///< ranges and evidence at the time of its solution
   };
 
   /// Between two groups, by their first keys.
   struct Link {
-    std::size_t heard = 0;    ///< ranges and evidence of when it was looked at
-    std::size_t members = 0;  ///< of both groups, then
+    std::size_t received = 0;  ///< ranges and evidence at the last evaluation
+    std::size_t members = 0;   ///< of both groups, at that time
     HypothesisSet set;
     Observability seen;
     Decision decision;
@@ -111,7 +111,7 @@ class FrameSolver {
   [[nodiscard]] const Link* link_of(std::size_t a, std::size_t b) const;
   [[nodiscard]] StreamKey partner_of(StreamKey key, const FrameGroup& group) const;
   [[nodiscard]] std::optional<std::size_t> group_of(StreamKey key) const;
-  [[nodiscard]] std::size_t heard_between(const FrameGroup& a, const FrameGroup& b) const;
+  [[nodiscard]] std::size_t received_between(const FrameGroup& a, const FrameGroup& b) const;
   [[nodiscard]] CommitInputs inputs(const FrameGroup& a, const FrameGroup& b) const;
   [[nodiscard]] std::vector<PairTrack> tracks_of(const FrameGroup& a, const FrameGroup& b) const;
   bool look(Time t, const Group& a, const Group& b);

@@ -12,7 +12,7 @@ namespace {
 using geometry::Vec2;
 using geometry::Vec3;
 
-/// Vehicles on given paths (in their odom frames), a point a second; at the end they stand.
+/// Vehicles on given paths (in their odom frames), a point a second; at the end they stop.
 struct World {
   std::vector<StreamKey> keys;
   std::vector<YawPose> T_world_odom;
@@ -79,7 +79,7 @@ TEST(FrameSolver, places_one_through_another_where_it_never_heard_the_reference)
   ASSERT_EQ(frames.groups.size(), 1u);
   EXPECT_EQ(frames.groups[0].covariance.rows(), 8);
   EXPECT_GT(frames.groups[0].covariance.diagonal().minCoeff(), 0.0);
-  // Who is placed through another shares its errors.
+  // A vehicle placed through another shares its errors.
   EXPECT_GT(frames.groups[0].covariance.topRightCorner(4, 4).norm(), 1e-6);
   EXPECT_EQ(solver.text(w.keys[2], kNames), "cid: in the frame of ann");
 }
@@ -100,7 +100,7 @@ TEST(FrameSolver, keeps_groups_apart_that_nothing_joins_and_says_so) {
             "ben is tied to cid, but not to ann. ben: neither ranges nor common places with ann "
             "yet");
   EXPECT_EQ(solver.text(w.keys[3], kNames), "v4: neither ranges nor common places with ann yet");
-  // Ranges of either tie both to the reference.
+  // Ranges of either connect both to the reference.
   std::reverse(w.paths[0].begin(), w.paths[0].end());
   std::reverse(w.paths[2].begin(), w.paths[2].end());
   for (std::size_t i = 0; i < 90; ++i) {
@@ -142,7 +142,7 @@ TEST(FrameSolver, takes_a_prior_that_decides_and_says_that_it_did) {
     solver.evaluate(Time::from_s(2.0 * static_cast<double>(i)));
     sharp.evaluate(Time::from_s(2.0 * static_cast<double>(i)));
   }
-  // A start pose is as good as it was measured: the frame is joined, and states its heading so.
+  // The start pose is used with its sigma: the frame is joined, with this sigma of the heading.
   ASSERT_TRUE(solver.placed(w.keys[1]));
   const double yaw_sigma = std::sqrt(solver.frames().groups.front().covariance(0, 0));
   EXPECT_GT(yaw_sigma, 2.0 * kDegree);
@@ -171,7 +171,7 @@ TEST(FrameSolver, ranges_that_deny_a_prior_keep_the_vehicles_apart) {
   settings.prior.yaw_deg = 3.0;
   settings.prior.xyz_m = 0.2;
   FrameSolver solver(settings, w.keys[0]);
-  // Wrong by 10 m: no place within its sigmas fits the ranges.
+  // Wrong by 10 m: no pose within its sigmas fits the ranges.
   solver.add_evidence(prior_evidence(w.keys[1], w.keys[0], {0.4, Vec3(14, 3, 0)}, settings));
   for (std::size_t i = 0; i < 31; ++i) w.range(i, 0, 1, solver);
   solver.evaluate(Time::from_s(60.0));
@@ -217,7 +217,7 @@ TEST(FrameSolver, one_taken_out_is_found_anew_from_new_ranges_only) {
   EXPECT_TRUE(solver.placed(w.keys[2])) << solver.text(w.keys[2], kNames);
   solver.evaluate(Time::from_s(91.0));
   EXPECT_FALSE(solver.placed(w.keys[1]));
-  // Its odometry has slipped: the new frame is another.
+  // Its odometry has slipped: the new frame differs.
   w.T_world_odom[1].t_m += Vec3(3.0, 0.0, 0.0);
   for (auto& path : w.paths) std::reverse(path.begin(), path.end());
   drive(92.0);
@@ -238,7 +238,7 @@ TEST(FrameSolver, takes_over_what_another_centre_had_found) {
   ASSERT_TRUE(solver.placed(w.keys[1]));
   EXPECT_LT(error_m(w, solver, 0, 1), 1e-6);
   EXPECT_NEAR(solver.frames().groups[0].covariance(1, 1), 1e-4, 1e-6);
-  // A late joiner hears the other tag only.
+  // A late joiner receives only the other tag.
   for (std::size_t i = 0; i < 90; ++i) {
     w.range(i, 1, 2, solver);
     if (i % 3 == 0) solver.evaluate(Time::from_s(static_cast<double>(i)));

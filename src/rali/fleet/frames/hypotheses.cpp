@@ -14,11 +14,11 @@ using geometry::Vec3;
 
 namespace {
 
-/// Headings of evidence that are tried with places that ranges know without heading.
+/// Number of evidence headings combined with positions from ranges that leave the heading open.
 constexpr std::size_t kHeadings = 8;
-/// A range that is all height has no direction in the plane.
-constexpr double kLeastFlat_m = 0.05;
-/// Minima nearer than this are the same one reached from two sides.
+/// A range that is almost vertical has no direction in the plane.
+constexpr double kMinFlat_m = 0.05;
+/// Minima closer than this are the same one, reached from two sides.
 constexpr double kSameMinimum_m = 0.02;
 
 std::optional<std::size_t> index_in(const FrameGroup& g, StreamKey key) {
@@ -53,7 +53,7 @@ std::vector<PlanarRange> cross_ranges(const FrameGroup& a, const FrameGroup& b,
       PlanarRange r;
       r.x_m = x.head<2>();
       r.y_m = y.head<2>();
-      r.range_m = std::sqrt(std::max(flat2, kLeastFlat_m * kLeastFlat_m));
+      r.range_m = std::sqrt(std::max(flat2, kMinFlat_m * kMinFlat_m));
       r.sigma_m = o.sigma_m;
       out.push_back(r);
     }
@@ -96,26 +96,27 @@ class Finder {
         out_.all.begin(), out_.all.end(),
         [](const FrameHypothesis& h, const FrameHypothesis& k) { return h.chi2 < k.chi2; });
     merge();
-    const auto most = static_cast<std::size_t>(settings_.search.hypotheses_max);
-    if (out_.all.size() > most) out_.all.resize(most);
+    const auto maximum = static_cast<std::size_t>(settings_.search.hypotheses_max);
+    if (out_.all.size() > maximum) out_.all.resize(maximum);
     return std::move(out_);
   }
 
  private:
   void add_range_starts() {
-    const bool blind = out_.a_stands || out_.b_stands;
-    for (const PlanarSolution& s : search_plane(out_.ranges, blind, settings_)) {
+    const bool degenerate = out_.a_stands || out_.b_stands;
+    for (const PlanarSolution& s : search_plane(out_.ranges, degenerate, settings_)) {
       const YawPose T{s.yaw_rad, Vec3(s.t_m.x(), s.t_m.y(), 0.0)};
       add_start(T, kNoGroup, kNoneHolds);
       if (problem_.evidence.empty()) continue;
       add_start(T, kNoGroup, 0);
-      if (!blind) continue;
+      if (!degenerate) continue;
       for (const double yaw_rad : evidence_headings())
         add_start(turned_to(T, yaw_rad), kNoGroup, 0);
     }
   }
 
-  /// The same place as ranges to or from one who stands know it, at another heading.
+  /// The same position as constrained by ranges to or from a vehicle at standstill, at another
+  /// heading.
   [[nodiscard]] YawPose turned_to(const YawPose& T, double yaw_rad) const {
     const auto lift = [](const Vec2& v) { return Vec3(v.x(), v.y(), 0.0); };
     YawPose out{yaw_rad, Vec3::Zero()};
@@ -144,7 +145,7 @@ class Finder {
     return out;
   }
 
-  /// T_b_a of the references as this alternative says; nothing if it is within one group.
+  /// T_b_a of the references by this alternative; nothing if it is within one group.
   [[nodiscard]] std::optional<YawPose> from_evidence(std::size_t g, std::size_t k) const {
     const PoseEvidence& e = problem_.evidence[g].alternatives[k];
     if (const auto a = index_in(a_, e.a), b = index_in(b_, e.b); a && b) {
@@ -156,7 +157,7 @@ class Finder {
     return std::nullopt;
   }
 
-  /// @param group held to its alternative `k`; of the others the nearest holds, none if k is none
+  /// @param group fixed to its alternative `k`; others use the nearest, and none if k is none
   void add_start(const YawPose& T_b_a, std::size_t group, int k) {
     FrameValues values;
     values.T_ref_odom = b_.T_ref_odom;
@@ -199,7 +200,7 @@ class Finder {
     return h;
   }
 
-  /// Pieces that overlap show the same walls: their errors are the same one.
+  /// Overlapping pieces show the same walls, so they share their error and count once.
   [[nodiscard]] int views(const std::vector<int>& holds) const {
     std::vector<const PoseEvidence*> held;
     for (std::size_t g = 0; g < holds.size(); ++g) {
@@ -208,8 +209,8 @@ class Finder {
       if (e.unrivalled) held.push_back(&e);
     }
     const double apart_m = settings_.commit.view_apart_m;
-    std::size_t most = 0;
-    for (const PoseEvidence* first : held) {  // beginning in the middle would find fewer
+    std::size_t maximum = 0;
+    for (const PoseEvidence* first : held) {  // starting in the middle would find fewer
       std::vector<const PoseEvidence*> seen = {first};
       for (const PoseEvidence* e : held) {
         const bool is_new = std::all_of(seen.begin(), seen.end(), [&](const PoseEvidence* s) {
@@ -218,13 +219,13 @@ class Finder {
         });
         if (is_new) seen.push_back(e);
       }
-      most = std::max(most, seen.size());
+      maximum = std::max(maximum, seen.size());
     }
-    return static_cast<int>(most);
+    return static_cast<int>(maximum);
   }
 
-  /// Information on the transform of group a as one piece, b's frames held: how certain the frames
-  /// are within the groups is another question, and was answered when they were tied together.
+  /// Information on the transform of group a as a rigid body, with b's frames fixed. The certainty
+  /// of the frames within the groups was decided when they were joined.
   [[nodiscard]] Mat4 rigid(const Eigen::MatrixXd& information, const FrameSolution& s) const {
     const std::size_t at = b_.keys.size();
     const auto members = static_cast<Eigen::Index>(a_.keys.size());
@@ -241,8 +242,8 @@ class Finder {
     return 0.5 * (out + out.transpose());
   }
 
-  /// With one who stands and no other evidence the heading is free: hypotheses that differ by it
-  /// alone are one family, and only the place that ranges tell tells them apart.
+  /// With one vehicle at standstill and no other evidence the heading is unobservable. Hypotheses
+  /// that differ only by it are one; only the position from ranges distinguishes hypotheses.
   [[nodiscard]] bool same_but_heading(const FrameHypothesis& h, const FrameHypothesis& k) const {
     if (out_.a_stands == out_.b_stands) return false;
     for (const FrameHypothesis* each : {&h, &k}) {
@@ -257,8 +258,8 @@ class Finder {
     return apart.norm() < settings_.search.merge_m;
   }
 
-  /// Sorted hypotheses that are near to a cheaper one become part of it. One that is a minimum of
-  /// its own and almost as good widens it: the truth may lie in either.
+  /// Sorted hypotheses close to a cheaper one are merged into it. One that is a separate minimum
+  /// and almost as good widens it: the true pose may be at either.
   void merge() {
     std::vector<FrameHypothesis> kept;
     for (FrameHypothesis& h : out_.all) {
@@ -276,7 +277,7 @@ class Finder {
       apart.tail<3>() = h.place_b_m() - same->place_b_m();
       const Vec4 known = same->information * apart;
       const double far = apart.dot(known);
-      // Within a few sigma it is the same valley, whose width the information already tells.
+      // Within a few sigma it is the same minimum, whose width is already in the information.
       if (rival && apart.tail<3>().norm() > kSameMinimum_m && far > settings_.commit.gap_chi2) {
         same->information -= known * known.transpose() / (1.0 + far);
       }

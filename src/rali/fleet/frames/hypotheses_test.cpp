@@ -23,17 +23,17 @@ Eigen::Matrix3d planar(const Mat4& I) { return I.topLeftCorner<3, 3>(); }
 
 const FrameHypothesis* nearest(const HypothesisSet& set, const YawPose& T) {
   const FrameHypothesis* best = nullptr;
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   for (const FrameHypothesis& h : set.all) {
     const double d =
         (h.T_b_a.t_m - T.t_m).norm() + 5.0 * std::abs(wrapped(h.T_b_a.yaw_rad - T.yaw_rad));
-    if (d < least) best = &h;
-    least = std::min(least, d);
+    if (d < minimum) best = &h;
+    minimum = std::min(minimum, d);
   }
   return best;
 }
 
-// T13: if the heading seemed known here, a fleet would commit to a turned map.
+// T13: if the heading seemed observable here, a fleet would commit to a rotated map.
 TEST(Hypotheses, of_ranges_to_one_who_stands_leave_the_heading_open) {
   const InitSettings settings = plain_settings();
   const PairTrack track = track_of(kL, {{0, 0}}, exact_ranges(kL, {{0, 0}}, kTruth), settings);
@@ -49,7 +49,7 @@ TEST(Hypotheses, of_ranges_to_one_who_stands_leave_the_heading_open) {
   const HypothesisSet set = range_hypotheses(track, settings);
   ASSERT_FALSE(set.all.empty());
   EXPECT_TRUE(set.b_stands);
-  // The anchor's place in the tag's frame is what is known: p = R'(y - t).
+  // The anchor's position in the tag's frame is observable: p = R'(y - t).
   const Vec3 p = kTruth.inverse() * Vec3(Vec3::Zero());
   EXPECT_NEAR((set.all.front().T_b_a.inverse() * Vec3(Vec3::Zero()) - p).norm(), 0.0, 1e-3);
   const Observability seen = observability(set, settings);
@@ -60,7 +60,7 @@ TEST(Hypotheses, of_ranges_to_one_who_stands_leave_the_heading_open) {
             "see v2's mapped area, or move v1 2 m off its place");
 }
 
-// T14: one of the two being lost would commit to the mirror image in half of all starts.
+// T14: if one of the two were lost, half of all starts would commit to the mirror image.
 TEST(Hypotheses, of_a_straight_way_are_two_mirror_images) {
   const InitSettings settings = plain_settings();
   const std::vector<Vec2> line = {{0, 0}, {2, 0}, {4, 0}, {6, 0}};
@@ -156,7 +156,8 @@ TEST(Hypotheses, move_with_the_frames_and_keep_their_chi2) {
   EXPECT_NEAR((moved.all.front().place_b_m() - B * (kTruth * Vec3(Vec3::Zero()))).norm(), 0.0, 0.5);
 }
 
-// A scan that knows heading modulo 180 deg and what lies across; ranges know along and which.
+// A scan constrains heading modulo 180 deg and the lateral position; ranges constrain the position
+// along and resolve the ambiguity.
 TEST(Hypotheses, of_ranges_and_a_corridors_scans_complete_each_other) {
   const InitSettings settings;
   const std::vector<Vec2> x = along({{0, 0}, {8, 0.8}, {16, -0.8}, {24, 0}}, 0.5);
@@ -184,7 +185,7 @@ TEST(Hypotheses, of_ranges_and_a_corridors_scans_complete_each_other) {
   EXPECT_TRUE(seen.sufficient) << seen.eigenvalues.transpose();
 }
 
-/// A registration good to 1 cm and 0.05 deg at a place of a's frame, where T_b_a is `T`.
+/// A registration with 1 cm and 0.05 deg at a point of a's frame, where T_b_a is `T`.
 PoseEvidence registered(const YawPose& T, const Vec3& pivot_a_m, int group) {
   PoseEvidence e;
   e.a = kTag;
@@ -198,8 +199,8 @@ PoseEvidence registered(const YawPose& T, const Vec3& pivot_a_m, int group) {
   return e;
 }
 
-// Held at first all at once, the wrong ones moved the frames by metres, and then none was believed:
-// two halves of one recording were never joined.
+// When all were accepted at first, the wrong ones moved the frames by metres, and then all were
+// rejected: two halves of one recording were never joined.
 TEST(Hypotheses, a_wrong_registration_does_not_carry_off_what_right_ones_say) {
   const InitSettings settings;
   std::vector<PoseEvidence> evidence;
@@ -216,14 +217,14 @@ TEST(Hypotheses, a_wrong_registration_does_not_carry_off_what_right_ones_say) {
   EXPECT_TRUE(set.only_scans);
   EXPECT_NEAR((set.all.front().T_b_a.t_m - kTruth.t_m).norm(), 0.0, 1e-3);
   EXPECT_NEAR(wrapped(set.all.front().T_b_a.yaw_rad - kTruth.yaw_rad), 0.0, 1e-4);
-  EXPECT_NEAR(set.all.front().chi2, 4 * 16.0, 0.1);  // four are held for wrong
+  EXPECT_NEAR(set.all.front().chi2, 4 * 16.0, 0.1);  // four are rejected
   EXPECT_NEAR(set.all[1].chi2, 6 * 16.0, 0.1);
   EXPECT_EQ(set.all.front().views, 3);
   EXPECT_EQ(set.all[1].views, 1);
   EXPECT_TRUE(decide(set, observability(set, settings), {}, settings).ready);
 }
 
-// Four times the same walls are one piece of news.
+// Four matches of the same walls count as one.
 TEST(Hypotheses, pieces_that_overlap_are_one_view) {
   const InitSettings settings;
   std::vector<PoseEvidence> evidence;
@@ -266,8 +267,8 @@ TEST(Hypotheses, of_rubbish_are_none_or_undecided) {
   EXPECT_EQ(joint_hypotheses(track, {bad}, settings).all.size(), set.all.size());
 }
 
-/// Two vehicles that never heard each other; scans say where they lie, in as many ways as told.
-/// @param unrivalled each is a place of its own, recognised without rival
+/// Two vehicles without ranges; scans give their relative pose, with the given alternatives.
+/// @param unrivalled each is a separate place, recognised without rival
 std::string by_scans(const std::vector<Vec3>& places_m, double along_sigma_m,
                      bool unrivalled = false) {
   const InitSettings settings = plain_settings();
@@ -288,7 +289,7 @@ std::string by_scans(const std::vector<Vec3>& places_m, double along_sigma_m,
   return advice_text(seen.advice, seen, "v2", "v1", settings);
 }
 
-// "Drive on, and turn" helps nobody who has two recordings and no ranges.
+// "Drive on, and turn" is no help for two recordings without ranges.
 TEST(Hypotheses, of_places_that_look_alike_ask_for_what_helps_without_ranges) {
   EXPECT_EQ(
       by_scans({Vec3(5, 0, 0), Vec3(10, 0, 0), Vec3(15, 0, 0)}, 0.01),
@@ -296,7 +297,7 @@ TEST(Hypotheses, of_places_that_look_alike_ask_for_what_helps_without_ranges) {
       "is like no other, or give a start pose (priors)");
 }
 
-// KITTI's halves begin in motion: what is told must not send anybody to look for other places.
+// KITTI's halves start in motion: the message must not ask the user to look for other places.
 TEST(Hypotheses, of_places_beyond_doubt_that_deny_each_other_are_told_as_that) {
   EXPECT_EQ(
       by_scans({Vec3(5, 0, 0), Vec3(5.8, 0, 0)}, 0.01, true),

@@ -14,15 +14,15 @@ using geometry::Vec2;
 
 namespace {
 
-/// A way is straight if it leaves its line by less (algorithms_fleet 7.3, table).
+/// A path is straight if it deviates less from its line (algorithms_fleet 7.3, table).
 constexpr double kStraight_m = 0.4;
-/// Distances that differ by less tell little.
+/// Distances that vary by less give little information.
 constexpr double kSpread_m = 1.0;
-/// Sine of the angle below which two straight ways are parallel.
+/// Sine of the angle below which two straight paths are parallel.
 constexpr double kParallelSine = 0.2;
-/// Share of heading in the weakest direction from which it is called that.
+/// Fraction of heading in the weakest direction above which the heading counts as unknown.
 constexpr double kDominates = 0.5;
-/// Less scaled information than this is none.
+/// Scaled information below this counts as zero.
 constexpr double kNothing = 1e-9;
 
 /// The principal line of one end's path.
@@ -74,7 +74,7 @@ bool parallel(const Line& x, const Line& y, double yaw_rad) {
   return std::abs(turned.x() * y.along.y() - turned.y() * y.along.x()) < kParallelSine;
 }
 
-/// Several places fit.
+/// Reason why several poses fit.
 Advice why_rivals(const HypothesisSet& set, const Line& x, const Line& y,
                   const InitSettings& settings) {
   const bool one_stands = set.a_stands || set.b_stands;
@@ -97,14 +97,15 @@ Advice why_rivals(const HypothesisSet& set, const Line& x, const Line& y,
   return Advice::kSeveral;
 }
 
-/// One place fits, but a direction is not known well enough.
+/// One pose fits, but a direction is not constrained well enough.
 Advice why_weak(const HypothesisSet& set, const Observability& seen, const Line& x, const Line& y,
                 const InitSettings& settings) {
   if (set.ranges.empty()) return Advice::kSlides;
   if (set.a_stands && set.b_stands) return Advice::kDistance;
-  const double heading_share = seen.eigenvectors(0, 0) * seen.eigenvectors(0, 0);
+  const double heading_fraction = seen.eigenvectors(0, 0) * seen.eigenvectors(0, 0);
   const bool stands = set.a_stands || set.b_stands;
-  if (stands && (heading_share > kDominates || !seen.heading_known)) return Advice::kHeadingUnknown;
+  if (stands && (heading_fraction > kDominates || !seen.heading_known))
+    return Advice::kHeadingUnknown;
   if (!stands && x.straight() && y.straight() && parallel(x, y, set.all.front().T_b_a.yaw_rad)) {
     return Advice::kParallel;
   }
@@ -116,7 +117,7 @@ Advice why_weak(const HypothesisSet& set, const Observability& seen, const Line&
   return by_offset ? Advice::kOffset : Advice::kNotYet;
 }
 
-/// What drift leaves: sigma of yaw, and of the worse axis of the place.
+/// Sigmas with drift included: of yaw, and of the worse axis of the position.
 void set_sigmas(const Mat4& information, const CommitSettings& settings, Observability& seen) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
       scaled_planar_information(information, settings));
@@ -129,7 +130,7 @@ void set_sigmas(const Mat4& information, const CommitSettings& settings, Observa
   seen.place_sigma_m = settings.place_unit_m * std::sqrt(place.eigenvalues()[1]);
 }
 
-/// Where only scans tell, driving on along the same way tells no more.
+/// With evidence from scans only, driving on in the same direction adds no information.
 std::string by_scans_text(Advice advice, const Observability& seen, const std::string& a,
                           const std::string& b) {
   if (advice == Advice::kContradict) {
@@ -149,7 +150,7 @@ std::string by_scans_text(Advice advice, const Observability& seen, const std::s
       "{}: {}. Let both see a place that is like no other, or give a start pose (priors)", a, why);
 }
 
-/// One place is left and is known, and something else forbids it.
+/// One pose is left and observable, but another condition prevents the commit.
 std::string refusal_text(Advice advice, const Observability& seen, const std::string& a,
                          const std::string& b, const InitSettings& settings) {
   switch (advice) {
@@ -198,19 +199,20 @@ Observability observability(const HypothesisSet& set, const InitSettings& settin
       scaled_planar_information(best.drift_information, settings.commit));
   seen.eigenvalues = solver.eigenvalues();
   seen.eigenvectors = solver.eigenvectors();
-  // Information on z given all else bounds sigma from below; ranges hardly tie z to the rest.
+  // Information on z given all else bounds sigma from below; ranges hardly correlate z with the
+  // rest.
   seen.z_sigma_m = best.information(3, 3) > 0.0 ? 1.0 / std::sqrt(best.information(3, 3))
                                                 : std::numeric_limits<double>::infinity();
   set_sigmas(best.information, settings.commit, seen);
-  const double least = settings.commit.information_min;
+  const double minimum = settings.commit.information_min;
   const bool exact = seen.yaw_sigma_rad <= settings.commit.yaw_sigma_max_deg * kDegree &&
                      seen.place_sigma_m <= settings.commit.place_sigma_max_m;
   seen.sufficient =
-      seen.eigenvalues[0] >= least && exact && seen.z_sigma_m <= settings.commit.z_sigma_max_m;
-  // Yaw alone, whatever else is open: its variance is finite only if no open direction turns.
+      seen.eigenvalues[0] >= minimum && exact && seen.z_sigma_m <= settings.commit.z_sigma_max_m;
+  // Yaw alone: its variance is finite only if no unobservable direction contains rotation.
   seen.heading_known = true;
   for (int k = 0; k < 3; ++k) {
-    if (seen.eigenvalues[k] < least && std::abs(seen.eigenvectors(0, k)) > 0.1) {
+    if (seen.eigenvalues[k] < minimum && std::abs(seen.eigenvectors(0, k)) > 0.1) {
       seen.heading_known = false;
     }
   }
@@ -229,7 +231,7 @@ Observability observability(const HypothesisSet& set, const InitSettings& settin
     seen.advice = seen.ranges == 0 ? Advice::kNoContact : Advice::kWaiting;
   } else if (seen.rivals > 0) {
     seen.advice = why_rivals(set, x, y, settings);
-  } else if (seen.eigenvalues[0] < least) {
+  } else if (seen.eigenvalues[0] < minimum) {
     seen.advice = why_weak(set, seen, x, y, settings);
   } else if (!exact) {
     seen.advice = Advice::kDrift;

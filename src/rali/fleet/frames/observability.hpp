@@ -6,34 +6,35 @@
 
 namespace rali::fleet {
 
-/// What is missing, or what to do about it (algorithms_fleet 7.3).
+/// What is missing, or what the user can do about it (algorithms_fleet 7.3).
 enum class Advice {
   kEnough,          ///< nothing is missing
-  kNoContact,       ///< neither ranges nor scans tie the two
+  kNoContact,       ///< neither ranges nor scans connect the two
   kWaiting,         ///< too few ranges
-  kHeadingUnknown,  ///< one of them stands
-  kMirror,          ///< left or right of a straight way
+  kHeadingUnknown,  ///< one of them is at standstill
+  kMirror,          ///< left or right of a straight path
   kParallel,        ///< both straight, side by side
-  kAlike,           ///< paths alike: two headings fit
+  kAlike,           ///< similar paths: two headings fit
   kDistance,        ///< the distance does not change
-  kOffset,          ///< offset of the radios and place are one
-  kSeveral,         ///< several places fit, for no reason of the above
-  kLookAlike,       ///< the same, and only scans tell
-  kContradict,      ///< places recognised without rival deny each other, and only scans tell
-  kSlides,          ///< scans fit all along a way, and only they tell
-  kNotYet,          ///< one place fits, but too loosely
-  kHeight,          ///< height between the two is not known
-  kMisfit,          ///< no place fits: ranges contradict odometry
+  kOffset,          ///< radio offset and position cannot be separated
+  kSeveral,         ///< several poses fit, for none of the above reasons
+  kLookAlike,       ///< the same, with evidence from scans only
+  kContradict,      ///< unambiguous place recognitions contradict each other, and no other evidence
+                    ///< exists
+  kSlides,          ///< scans fit everywhere along a path, and no other evidence exists
+  kNotYet,          ///< one pose fits, but with too large a sigma
+  kHeight,          ///< height between the two is unobservable
+  kMisfit,          ///< no pose fits: ranges contradict odometry
   kTooGood,         ///< residuals far smaller than their sigmas: the sigmas are wrong
   kNotVerified,     ///< scans do not overlap where they should
   kNoPrior,         ///< preset paper needs a start pose
   kSmallMap,        ///< preset paper waits for keyframes
-  kDrift,           ///< enough, were it not for the drift of odometry
-  kFewViews         ///< only scans tell, and too few of them beyond doubt
+  kDrift,           ///< would suffice without the drift of odometry
+  kFewViews         ///< only scans constrain it, and too few are unambiguous
 };
 
-/// What is known of a transform. The eigenvalues, in units of CommitSettings (1 deg, 0.1 m), say
-/// what the geometry tells if odometry is exact; the sigmas contain its drift.
+/// Observability of a transform. The eigenvalues, in units of CommitSettings (1 deg, 0.1 m), assume
+/// exact odometry; the sigmas include its drift.
 struct Observability {
   int ranges = 0;
   Eigen::Vector3d eigenvalues = Eigen::Vector3d::Zero();   ///< of (yaw, x, y), ascending
@@ -41,20 +42,20 @@ struct Observability {
   double yaw_sigma_rad = 0.0, place_sigma_m = 0.0, z_sigma_m = 0.0;
   bool heading_known = false;
   bool sufficient = false;
-  int rivals = 0;                         ///< besides the best that are not yet refuted
-  double rival_m = 0.0, rival_rad = 0.0;  ///< how far the first of them is from the best
+  int rivals = 0;                         ///< besides the best, not yet rejected
+  double rival_m = 0.0, rival_rad = 0.0;  ///< distance of the first of them to the best
   Advice advice = Advice::kNoContact;
   bool a_stands = false, b_stands = false;
 };
 
-/// Judges the best hypothesis and its rivals.
+/// Evaluates the best hypothesis and its rivals.
 [[nodiscard]] Observability observability(const HypothesisSet& set, const InitSettings& settings);
 
-/// The eigenvalues of (yaw, x, y) of an information on (yaw, place), scaled; z integrated out.
+/// The eigenvalues of (yaw, x, y) of an information on (yaw, position), scaled; z marginalised.
 [[nodiscard]] Eigen::Matrix3d scaled_planar_information(const Mat4& information,
                                                         const CommitSettings& settings);
 
-/// One sentence or two for the user: what is missing between vehicles a and b and what to do.
+/// One or two sentences for the user: what is missing between vehicles a and b, and what to do.
 [[nodiscard]] std::string advice_text(Advice advice, const Observability& seen,
                                       const std::string& a, const std::string& b,
                                       const InitSettings& settings);

@@ -36,7 +36,7 @@ TrackUse PairTrack::add(const RangeObservation& o) {
   return TrackUse::kKept;
 }
 
-/// The place stays that of the first: it differs by less than `still_m`.
+/// The position stays that of the first sample: it differs by less than `still_m`.
 void PairTrack::average(const RangeObservation& o) {
   RangeObservation& last = samples_.back();
   count_ += 1.0;

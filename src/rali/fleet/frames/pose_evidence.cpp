@@ -14,7 +14,7 @@ using geometry::Vec3;
 
 namespace {
 
-/// Where a vehicle is that was switched off and on again (algorithms_fleet 7.6).
+/// Sigmas of the pose of a restarted vehicle (algorithms_fleet 7.6).
 constexpr double kStoodPlace_m = 0.1, kStoodYaw = 2.0 * kDegree;
 constexpr double kMovedPlace_m = 5.0, kMovedYaw = 180.0 * kDegree;
 
@@ -68,12 +68,12 @@ PoseEvidence keyframe_evidence(StreamKey a, StreamKey b, const SE3& T_odoma_ka,
   e.yaw_rad = YawPose::of(T_odomb_ka * T_odoma_ka.inverse()).yaw_rad;
   e.pivot_a_m = T_odoma_ka.p;
   e.place_b_m = T_odomb_ka.p;
-  // Rotation about b's axes and place in b: R_b_ka theta and R_b_kb rho.
+  // Rotation about b's axes and position in b: R_b_ka theta and R_b_kb rho.
   Mat6 G = Mat6::Zero();
   G.topLeftCorner<3, 3>() = T_odomb_ka.R;
   G.bottomRightCorner<3, 3>() = T_odomb_kb.R;
   const Mat6 I = G * information * G.transpose();
-  // Roll and pitch out: they have a prior of their own, so what is left is regular.
+  // Marginalises roll and pitch: they have their own prior, so the result is regular.
   const double tilt = std::max(settings.drift.tilt_deg, 0.01) * kDegree;
   Eigen::Matrix2d I_tilt = I.topLeftCorner<2, 2>();
   I_tilt.diagonal().array() += 1.0 / (tilt * tilt);

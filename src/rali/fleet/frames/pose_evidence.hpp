@@ -11,30 +11,30 @@
 namespace rali::fleet {
 
 enum class EvidenceSource {
-  kPrior,  ///< the user said so
-  kScan,   ///< a registration that was verified
-  kRidge   ///< known across a passage only: no information along it
+  kPrior,  ///< given by the user
+  kScan,   ///< a verified registration
+  kRidge   ///< degenerate along a passage: no information along it
 };
 
-/// What something other than ranges says about the transform between two odom frames. Several
-/// alternatives of which at most one is true (the twins of a half turn, the doors of a corridor)
-/// carry the same `group`; the information may be singular.
+/// A measurement other than ranges of the transform between two odom frames. Alternatives of which
+/// at most one is true carry the same `group` (the two results of a half-turn symmetry, the doors
+/// of a corridor). The information may be singular.
 struct PoseEvidence {
   StreamKey a, b;
   double yaw_rad = 0.0;  ///< of T_b_a
-  /// A point of a's frame near to where this was seen, and where that point is in b: so an error
-  /// of heading does not move a far away origin.
+  /// A point of a's frame near the observation, and its position in b: so a heading error does not
+  /// shift a far origin.
   geometry::Vec3 pivot_a_m = geometry::Vec3::Zero();
   geometry::Vec3 place_b_m = geometry::Vec3::Zero();
-  Mat4 information = Mat4::Zero();  ///< of (yaw, place), place in b [rad, m]
+  Mat4 information = Mat4::Zero();  ///< of (yaw, position), position in b [rad, m]
   EvidenceSource source = EvidenceSource::kScan;
-  int group = -1;              ///< alternatives share it; negative: stands alone
+  int group = -1;              ///< alternatives share it; negative: no group
   double chi2 = 0.0;           ///< its own, to compare alternatives
-  double wrong_chi2 = 16.0;    ///< what it costs to hold all of the group for wrong
-  bool unrivalled = false;     ///< a scan recognised without any other place that would fit
-  double point_sigma_m = 0.0;  ///< sigma per point that the information is made with; 0: unknown
+  double wrong_chi2 = 16.0;    ///< cost of rejecting all of the group
+  bool unrivalled = false;     ///< a scan match without a rival place
+  double point_sigma_m = 0.0;  ///< sigma per point assumed by the information; 0: unknown
 
-  /// T_b_a as it says.
+  /// T_b_a of this evidence.
   [[nodiscard]] YawPose T_b_a() const;
 };
 
@@ -42,9 +42,9 @@ struct PoseEvidence {
 [[nodiscard]] PoseEvidence prior_evidence(StreamKey a, StreamKey b, const YawPose& T_b_a,
                                           const InitSettings& settings);
 
-/// The new odom frame of a vehicle that was started again (algorithms_fleet 7.6): `a` the new
-/// frame, `b` the old one. One that stood still meanwhile is where it was, within 0.1 m and 2 deg;
-/// else within 5 m, its heading unknown.
+/// The new odom frame of a vehicle that was restarted (algorithms_fleet 7.6): `a` the new frame,
+/// `b` the old one. If it was at standstill meanwhile, its pose is unchanged within 0.1 m and 2
+/// deg; else within 5 m, its heading unknown.
 [[nodiscard]] PoseEvidence restart_evidence(StreamKey a, StreamKey b,
                                             const geometry::SE3& T_a_body_first,
                                             const geometry::SE3& T_b_body_last, bool stood_still,
@@ -52,7 +52,7 @@ struct PoseEvidence {
 
 /// A registration of two keyframes as evidence between the odom frames: T_kb_ka maps keyframe ka of
 /// vehicle a to keyframe kb of b; its information is of graph::RelativePoseFactor (rotation in ka,
-/// translation in kb). Roll and pitch are integrated out with the settings' sigma of tilt.
+/// translation in kb). Roll and pitch are marginalised with the settings' sigma of tilt.
 [[nodiscard]] PoseEvidence keyframe_evidence(
     StreamKey a, StreamKey b, const geometry::SE3& T_odoma_ka, const geometry::SE3& T_odomb_kb,
     const geometry::SE3& T_kb_ka, const geometry::Mat6& information, const InitSettings& settings);

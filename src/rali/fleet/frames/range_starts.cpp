@@ -15,9 +15,9 @@ using geometry::Vec2;
 
 namespace {
 
-/// Singular values below this share of the largest are cut (algorithms_fleet 7.4, step 1).
+/// Singular values below this fraction of the largest are truncated (algorithms_fleet 7.4, step 1).
 constexpr double kSingular = 1e-3;
-constexpr double kLeastDistance_m = 1e-3;
+constexpr double kMinDistance_m = 1e-3;
 /// Solutions much worse than the best cannot become the best by refinement.
 constexpr std::size_t kKept = 16;
 
@@ -78,7 +78,7 @@ class PlanarSolver {
     for (const PlanarRange& r : ranges_) {
       const Vec2 x = turned(c, s, r.x_m);
       const Vec2 apart = x + v.segment<2>(1) - r.y_m;
-      const double rho = std::max(apart.norm(), kLeastDistance_m);
+      const double rho = std::max(apart.norm(), kMinDistance_m);
       const Vec2 u = apart / rho;
       const double e = (rho + v[3] - r.range_m) / r.sigma_m;
       const double yaw = yaw_fixed_ ? 0.0 : u.y() * x.x() - u.x() * x.y();
@@ -97,9 +97,9 @@ class PlanarSolver {
   bool yaw_fixed_;
 };
 
-/// Every n-th, so that at most `most` are left.
-std::vector<PlanarRange> thinned(const std::vector<PlanarRange>& ranges, int most) {
-  const auto limit = static_cast<std::size_t>(most);
+/// Evenly spaced samples, at most `maximum`.
+std::vector<PlanarRange> thinned(const std::vector<PlanarRange>& ranges, int maximum) {
+  const auto limit = static_cast<std::size_t>(maximum);
   if (ranges.size() <= limit) return ranges;
   std::vector<PlanarRange> out;
   for (std::size_t k = 0; k < limit; ++k) {
@@ -120,7 +120,7 @@ LinearStart linear_start(const std::vector<PlanarRange>& ranges, double yaw_rad)
     z.push_back(turned(c, s, r.x_m) - r.y_m);
     out.mean_m += z.back() / n;
   }
-  // About the mean the number |t|^2 separates from t.
+  // About the mean the unknown |t|^2 separates from t.
   Eigen::Matrix2d M = Eigen::Matrix2d::Zero();
   Vec2 right = Vec2::Zero();
   double square = 0.0;
@@ -142,7 +142,7 @@ LinearStart linear_start(const std::vector<PlanarRange>& ranges, double yaw_rad)
     about_mean += axis.dot(right) / values[k] * axis;
   }
   out.t_m = about_mean - out.mean_m;
-  // |t + mean|^2 was solved; |t|^2 as the equations at the origin have it.
+  // |t + mean|^2 was solved; converted to |t|^2 of the equations at the origin.
   out.square_m2 = square - 2.0 * about_mean.dot(out.mean_m) + out.mean_m.squaredNorm();
   return out;
 }
@@ -161,9 +161,9 @@ std::vector<Vec2> planar_starts(const std::vector<PlanarRange>& ranges, double y
     h2 += (r.range_m * r.range_m - along * along) / static_cast<double>(ranges.size());
   }
   std::vector<Vec2> out;
-  // On the line itself the two sides pull alike: from there no descent finds either.
+  // On the line itself the gradients of both sides cancel: descent from there finds neither.
   const double across_m = about_mean.dot(normal);
-  if (std::abs(across_m) > kLeastDistance_m || !(h2 > 0.0)) {
+  if (std::abs(across_m) > kMinDistance_m || !(h2 > 0.0)) {
     out = {start.t_m, start.t_m - 2.0 * across_m * normal};
   }
   if (h2 > 0.0) {

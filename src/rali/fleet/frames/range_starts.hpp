@@ -7,25 +7,25 @@
 
 namespace rali::fleet {
 
-/// A range in the plane: antennas in their own frames, height difference taken out.
+/// A range in the plane: antennas in their own frames, height difference removed.
 struct PlanarRange {
   geometry::Vec2 x_m, y_m;
   double range_m = 0.0, sigma_m = 0.1;
 };
 
 /// Least squares for t from r^2 - |z|^2 = 2 z.t + |t|^2, z = R(yaw) x - y, with singular directions
-/// cut (algorithms_fleet 7.4, step 1).
+/// truncated (algorithms_fleet 7.4, step 1).
 struct LinearStart {
   geometry::Vec2 t_m = geometry::Vec2::Zero();
-  double square_m2 = 0.0;  ///< |t|^2, solved as a number of its own
+  double square_m2 = 0.0;  ///< |t|^2, solved as an independent unknown
   geometry::Vec2 mean_m = geometry::Vec2::Zero();
   geometry::Vec2 along = geometry::Vec2::UnitX();  ///< principal line of the z
 };
 
 [[nodiscard]] LinearStart linear_start(const std::vector<PlanarRange>& ranges, double yaw_rad);
 
-/// Translations to begin with at this yaw: the linear one, its mirror image across the principal
-/// line of the z, and the two points beside that line that have the mean distance.
+/// Initial translations at this yaw: the linear one, its mirror image across the principal line of
+/// the z, and the two points on both sides of that line at the mean distance.
 [[nodiscard]] std::vector<geometry::Vec2> planar_starts(const std::vector<PlanarRange>& ranges,
                                                         double yaw_rad);
 
@@ -37,8 +37,9 @@ struct PlanarSolution {
 };
 
 /// All minima of sum huber((|R(yaw) x + t - y| + b - r)/sigma) + (b/bias_sigma)^2, cheapest first:
-/// damped Gauss-Newton from each start, merged. Errors of odometry are not in it, so the caller
-/// refines what it gets. If `yaw_fixed`, yaw is 0: ranges to one who stands do not tell it.
+/// damped Gauss-Newton from each start, merged. Odometry errors are not modelled, so the caller
+/// refines the result. If `yaw_fixed`, yaw is 0: ranges to a vehicle at standstill do not determine
+/// it.
 [[nodiscard]] std::vector<PlanarSolution> search_plane(const std::vector<PlanarRange>& ranges,
                                                        bool yaw_fixed,
                                                        const InitSettings& settings);

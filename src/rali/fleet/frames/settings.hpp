@@ -8,17 +8,17 @@
 
 namespace rali::fleet {
 
-/// When a frame is held to be found.
+/// When a frame is accepted.
 enum class CommitRule {
   kCertain,  ///< when no rival is left (algorithms_fleet 7.4)
   kAtSize    ///< when the local map has so many keyframes (paper, "Dynamical Initialization")
 };
 inline constexpr ChoiceNames<2> kCommitRuleNames = {"certain", "at_size"};
 
-/// What an alignment of a scan with a map counts.
+/// How the alignment of a scan with a map is weighted.
 enum class ScanWeight {
-  kRegistration,  ///< by the covariance that the registration found
-  kFixed          ///< by a sigma per point that is given, as the paper seems to do
+  kRegistration,  ///< by the covariance of the registration
+  kFixed          ///< by a given sigma per point, as the paper seems to do
 };
 inline constexpr ChoiceNames<2> kScanWeightNames = {"registration", "fixed"};
 
@@ -27,8 +27,8 @@ struct PriorSettings {
   double xyz_m = 0.5;
   double yaw_deg = 5.0;
   double wrong_chi2 = 30.0;
-  /// So many pieces of path where it has both vehicles see the same, of which one has solid things
-  /// where rays of the other went through, and none fits.
+  /// Number of path segments that contradict a prior, if none fits. In each both vehicles should
+  /// observe the same, but one has solid surfaces where rays of the other passed.
   int contradicted_by = 3;
 
   template <class V>
@@ -78,7 +78,7 @@ struct TrackSettings {
   }
 };
 
-/// How odometry errs along the way.
+/// Error model of odometry along the path.
 struct DriftSettings {
   double scale = 0.005;
   double yaw_deg_per_sqrt_m = 0.05;
@@ -121,12 +121,12 @@ struct SearchSettings {
   }
 };
 
-/// Whether two places so far apart, and turned so much, are one hypothesis; within this share of
-/// what makes them one. @param turn_rad wrapped
+/// Whether two poses at this distance and angle are one hypothesis; within this fraction of the
+/// merge limits. @param turn_rad wrapped
 [[nodiscard]] inline bool one_place(double apart_m, double turn_rad, const SearchSettings& settings,
-                                    double share = 1.0) {
-  return apart_m < share * settings.merge_m &&
-         std::abs(turn_rad) < share * settings.merge_deg * std::numbers::pi / 180.0;
+                                    double fraction = 1.0) {
+  return apart_m < fraction * settings.merge_m &&
+         std::abs(turn_rad) < fraction * settings.merge_deg * std::numbers::pi / 180.0;
 }
 
 struct CommitSettings {
@@ -219,7 +219,7 @@ struct InitSettings {
 };
 
 /// Preset `paper` (7.1): six degrees of freedom about a prior, fixed weights, no offset of radios,
-/// taken as soon as the local map is large enough and never changed.
+/// accepted as soon as the local map is large enough and never changed.
 [[nodiscard]] inline InitSettings paper_init_settings() {
   InitSettings s;
   s.bias_sigma_m = 0.0;

@@ -10,14 +10,14 @@ using geometry::Vec3;
 
 namespace {
 
-/// Rigid solutions nearer than this share of what makes two hypotheses one have come together.
-constexpr double kSameShare = 0.2;
+/// Rigid solutions closer than this fraction of the merge distance of hypotheses are the same.
+constexpr double kSameFraction = 0.2;
 
-/// The problem with rigid paths: what an end may be off by along a range widens the range.
+/// The problem with rigid paths: the error of an end along a range widens the range.
 FrameProblem with_rigid_paths(const FrameProblem& problem) {
   FrameProblem rigid = problem;
   for (RangeTerm& r : rigid.ranges) {
-    // The direction is not known yet: a third of what it is in all three.
+    // The direction is not known yet: a third of the variance of all three axes.
     const double off_m2 = (r.x_drift.squaredNorm() + r.y_drift.squaredNorm()) / 3.0;
     r.sigma_m = std::sqrt(r.sigma_m * r.sigma_m + off_m2);
     r.x_drift.resize(3, 0);
@@ -27,25 +27,26 @@ FrameProblem with_rigid_paths(const FrameProblem& problem) {
   return rigid;
 }
 
-/// A start as the rigid solution has it.
+/// A start after its rigid solution.
 struct Sifted {
   FrameStart start;
-  double yaw_rad = 0.0;  ///< of the frame that tells starts apart
+  double yaw_rad = 0.0;  ///< of the frame that distinguishes starts
   Vec3 place_m;
   double chi2 = 0.0;
-  std::size_t rank = 0;  ///< 0: no cheaper one is near; 1: none of those that are left; ...
+  std::size_t rank = 0;  ///< 0: no cheaper one is close; 1: none of the remaining ones; ...
 };
 
-bool near(const Sifted& s, const Sifted& o, const SearchSettings& search, double share) {
-  return one_place((s.place_m - o.place_m).norm(), wrapped(s.yaw_rad - o.yaw_rad), search, share);
+bool near(const Sifted& s, const Sifted& o, const SearchSettings& search, double fraction) {
+  return one_place((s.place_m - o.place_m).norm(), wrapped(s.yaw_rad - o.yaw_rad), search,
+                   fraction);
 }
 
-/// @param all cheapest first; of those that came together the cheapest stays, ranks are set
+/// @param all cheapest first; of equal ones the cheapest is kept, ranks are set
 std::vector<Sifted> distinct(std::vector<Sifted> all, const SearchSettings& search) {
   std::vector<Sifted> kept;
   for (Sifted& s : all) {
     const bool known = std::any_of(kept.begin(), kept.end(), [&](const Sifted& k) {
-      return k.start.holds == s.start.holds && near(k, s, search, kSameShare);
+      return k.start.holds == s.start.holds && near(k, s, search, kSameFraction);
     });
     if (known) continue;
     std::vector<bool> taken(kept.size() + 1, false);
@@ -63,8 +64,8 @@ std::vector<Sifted> distinct(std::vector<Sifted> all, const SearchSettings& sear
 std::vector<FrameStart> sift_starts(const FrameProblem& problem, std::vector<FrameStart> starts,
                                     std::size_t frame) {
   const SearchSettings& search = problem.settings.search;
-  const auto most = static_cast<std::size_t>(search.starts_max);
-  if (starts.size() <= most) return starts;
+  const auto maximum = static_cast<std::size_t>(search.starts_max);
+  if (starts.size() <= maximum) return starts;
   const FrameProblem rigid = with_rigid_paths(problem);
   const Eigen::Index others = problem.size() - problem.frame_size();
   std::vector<Sifted> all;
@@ -86,7 +87,7 @@ std::vector<FrameStart> sift_starts(const FrameProblem& problem, std::vector<Fra
   all = distinct(std::move(all), search);
   std::stable_sort(all.begin(), all.end(),
                    [](const Sifted& s, const Sifted& o) { return s.rank < o.rank; });
-  if (all.size() > most) all.resize(most);
+  if (all.size() > maximum) all.resize(maximum);
   starts.clear();
   for (Sifted& s : all) starts.push_back(std::move(s.start));
   return starts;

@@ -7,19 +7,19 @@
 
 namespace rali::fleet {
 
-/// Where a refinement begins: values, and the alternatives held for true.
+/// Start of a refinement: values, and the accepted alternatives.
 struct FrameStart {
   FrameValues values;
   std::vector<int> holds;  ///< per group of evidence
 };
 
-/// Of many starts those that are worth solving with all errors of the paths: each is solved with
-/// rigid paths first, whose errors widen the ranges instead. What comes to the same place with the
-/// same alternatives is one. Kept are the best of every place, cheapest first, then the second of
-/// every place and so on: however many say the same, a rival elsewhere is not crowded out.
-/// In a tunnel a comparison of scans fits anywhere along it: hundreds of starts, one answer.
-/// @param frame the frame whose place tells starts apart: that of the reference of group a
-/// @return at most SearchSettings::starts_max; all, as they are, if there are no more
+/// Selects from many starts those worth solving with all path errors. Each is first solved with
+/// rigid paths, whose errors widen the ranges instead. Starts with the same resulting pose and
+/// alternatives are merged. Kept are the best of every pose, cheapest first, then the second of
+/// every pose and so on: so many starts of one pose do not displace a rival. In a tunnel a scan
+/// comparison fits anywhere along it: hundreds of starts, one solution.
+/// @param frame the frame whose pose distinguishes starts: that of the reference of group a
+/// @return at most SearchSettings::starts_max; all, unchanged, if there are no more
 [[nodiscard]] std::vector<FrameStart> sift_starts(const FrameProblem& problem,
                                                   std::vector<FrameStart> starts,
                                                   std::size_t frame);

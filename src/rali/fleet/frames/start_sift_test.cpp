@@ -20,7 +20,7 @@ FrameStart start_at(const FrameProblem& problem, const YawPose& T, std::vector<i
   return start;
 }
 
-/// One comparison of scans that fits at each of these places, to a millimetre.
+/// One comparison of scans that fits at each of these positions, to a millimetre.
 FrameProblem places_problem(const std::vector<Vec2>& places, double last_chi2,
                             const InitSettings& settings) {
   std::vector<PoseEvidence> evidence;
@@ -66,8 +66,8 @@ TEST(StartSift, hundreds_that_ranges_bring_together_are_one) {
   EXPECT_EQ(kept[0].values.others.size(), problem.size() - problem.frame_size());
 }
 
-// Twenty comparisons that agree must not make one forget the place where another fits, too: a frame
-// would be held to be found that has a rival.
+// Twenty comparisons that agree must not displace another place that also fits: a frame with a
+// rival would be accepted.
 TEST(StartSift, a_rival_elsewhere_is_not_crowded_out) {
   InitSettings settings = plain_settings();
   settings.search.starts_max = 8;

@@ -20,7 +20,7 @@ inline InitSettings plain_settings() {
   return s;
 }
 
-/// Ranges at 1 s intervals; y with one entry stands.
+/// Ranges at 1 s intervals; y with one entry is at standstill.
 inline PairTrack track_of(const std::vector<geometry::Vec2>& x,
                           const std::vector<geometry::Vec2>& y, const std::vector<double>& ranges,
                           const InitSettings& settings, double sigma_m = 0.07) {
@@ -54,9 +54,9 @@ inline std::vector<geometry::Vec2> along(const std::vector<geometry::Vec2>& corn
                                          double step_m) {
   std::vector<geometry::Vec2> out = {corners.front()};
   for (std::size_t k = 1; k < corners.size(); ++k) {
-    const geometry::Vec2 way = corners[k] - corners[k - 1];
-    const int n = std::max(1, static_cast<int>(std::lround(way.norm() / step_m)));
-    for (int i = 1; i <= n; ++i) out.push_back(corners[k - 1] + way * i / n);
+    const geometry::Vec2 path = corners[k] - corners[k - 1];
+    const int n = std::max(1, static_cast<int>(std::lround(path.norm() / step_m)));
+    for (int i = 1; i <= n; ++i) out.push_back(corners[k - 1] + path * i / n);
   }
   return out;
 }

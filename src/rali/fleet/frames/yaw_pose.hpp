@@ -30,7 +30,7 @@ struct YawPose {
   double yaw_rad = 0.0;
   geometry::Vec3 t_m = geometry::Vec3::Zero();
 
-  /// Leaves roll and pitch out.
+  /// Drops roll and pitch.
   [[nodiscard]] static YawPose of(const geometry::SE3& T) {
     return {std::atan2(T.R(1, 0) - T.R(0, 1), T.R(0, 0) + T.R(1, 1)), T.p};
   }

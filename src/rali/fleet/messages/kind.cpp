@@ -37,7 +37,7 @@ struct OfMessage {
 
   Kind operator()(const GoalList&) const { return Kind::kGoals; }
 
-  Kind operator()(const RoundBoundary&) const { return Kind::kBoundary; }
+  Kind operator()(const SeparatorPrior&) const { return Kind::kSeparator; }
 
   Kind operator()(const PeerStatus&) const { return Kind::kPeer; }
 };
@@ -76,7 +76,7 @@ std::string_view name_of(Kind kind) {
       return "goals";
     case Kind::kWithheld:
       return "withheld";
-    case Kind::kBoundary:
+    case Kind::kSeparator:
       return "boundary";
     case Kind::kPeer:
       return "peer";

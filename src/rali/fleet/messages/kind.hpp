@@ -9,7 +9,7 @@
 namespace rali::fleet {
 
 /// Kinds of messages; the numbers are those on the wire. Below 16 are facts: one of an unknown kind
-/// is kept and passed on.
+/// is stored and forwarded.
 enum class Kind : std::uint8_t {
   kCoarsePoints = 1,
   kFinePoints = 2,
@@ -24,12 +24,12 @@ enum class Kind : std::uint8_t {
   kStatus = 20,
   kGoals = 21,
   kWithheld = 22,
-  kBoundary = 23,
+  kSeparator = 23,
   kPeer = 24
 };
 
 inline constexpr std::uint8_t kFactKinds = 16;     ///< a kind below is a fact
-inline constexpr std::uint8_t kMessageKinds = 32;  ///< no kind is beyond
+inline constexpr std::uint8_t kMessageKinds = 32;  ///< all kinds are below
 
 [[nodiscard]] constexpr bool is_fact(Kind kind) {
   return static_cast<std::uint8_t>(kind) < kFactKinds;
@@ -38,10 +38,10 @@ inline constexpr std::uint8_t kMessageKinds = 32;  ///< no kind is beyond
 [[nodiscard]] Kind kind_of(const Fact& fact);
 [[nodiscard]] Kind kind_of(const Message& message);
 
-/// "points", "increment"; "kind" for one that is not known.
+/// "points", "increment"; "kind" for an unknown one.
 [[nodiscard]] std::string_view name_of(Kind kind);
 
-/// How many messages of each kind, and how many bytes.
+/// Number of messages and bytes of each kind.
 struct TrafficCount {
   struct Row {
     std::uint64_t messages = 0, bytes = 0;

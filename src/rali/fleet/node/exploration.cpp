@@ -8,24 +8,24 @@ namespace rali::fleet {
 
 std::shared_ptr<Job> Exploration::make_job(ExploreInput in) {
   RALI_ASSERT(map_ != nullptr);
-  auto job = std::make_shared<ExploreJob>(errands_, settings_.place_m);
+  auto job = std::make_shared<ExploreJob>(dispatcher_, settings_.place_m);
   job->map_ = std::move(map_);
   job->facts_ = std::exchange(waiting_, {});
   job->in_ = std::move(in);
   return job;
 }
 
-JobFate Exploration::take_back(Job* job, bool wanted) {
+JobOutcome Exploration::take_back(Job* job, bool wanted) {
   auto* back = dynamic_cast<ExploreJob*>(job);
-  if (back == nullptr || back->map_ == nullptr) return JobFate::kLost;
+  if (back == nullptr || back->map_ == nullptr) return JobOutcome::kLost;
   map_ = std::move(back->map_);
-  // Of one that never ran.
+  // Facts of a job that never ran.
   waiting_.insert(waiting_.begin(), back->facts_.begin(), back->facts_.end());
-  if (!wanted || !back->ended_) return JobFate::kDropped;
-  errands_ = std::move(back->errands_);
+  if (!wanted || !back->ended_) return JobOutcome::kDropped;
+  dispatcher_ = std::move(back->dispatcher_);
   input_ = std::move(back->in_);
   result_ = std::move(back->result_);
-  return JobFate::kTaken;
+  return JobOutcome::kTaken;
 }
 
 void Exploration::restore(std::vector<FactPtr> facts) {

@@ -18,7 +18,7 @@ void run(Job& job, bool cancelled = false) {
   job.run(executor, cancel);
 }
 
-/// Ground up to 8 m around a body 0.5 m above it, as rings see it.
+/// Ground up to 8 m around a body 0.5 m above it, scanned in rings.
 KeyframePoints ground_around(std::uint32_t keyframe) {
   KeyframePoints points;
   points.keyframe = keyframe;
@@ -33,7 +33,7 @@ KeyframePoints ground_around(std::uint32_t keyframe) {
   return points;
 }
 
-/// A keyframe of a vehicle at x, with what it sees there.
+/// A keyframe of a vehicle at x, with the ground observed there.
 std::vector<FactPtr> keyframe(VehicleId vehicle, std::uint32_t number, double x_m) {
   const Time t = Time::from_s(10.0 + number);
   Increment step;
@@ -45,7 +45,7 @@ std::vector<FactPtr> keyframe(VehicleId vehicle, std::uint32_t number, double x_
   return {fact(2 * number, step), fact(2 * number + 1, ground_around(number))};
 }
 
-/// Everybody's odom is the map.
+/// All odom frames equal the map.
 ExploreInput input(JobKind kind = JobKind::kExplore) {
   auto placed = std::make_shared<Placement>();
   ExploreInput in;
@@ -67,7 +67,7 @@ class ExplorationTest : public testing::Test {
     for (const FactPtr& fact : keyframe(kAnchor, 0, 0.0)) exploration_.add(fact);
   }
 
-  JobFate explore(bool wanted = true, bool cancelled = false) {
+  JobOutcome explore(bool wanted = true, bool cancelled = false) {
     const auto job = exploration_.make_job(input());
     run(*job, cancelled);
     return exploration_.take_back(job.get(), wanted);
@@ -80,22 +80,22 @@ TEST_F(ExplorationTest, a_job_draws_finds_frontiers_and_sends_who_is_free) {
   const auto job = exploration_.make_job(input());
   EXPECT_EQ(exploration_.map(), nullptr) << "the job has it";
   run(*job);
-  EXPECT_TRUE(exploration_.errands().frontiers().empty()) << "nothing changes before it is back";
-  ASSERT_EQ(exploration_.take_back(job.get(), true), JobFate::kTaken);
+  EXPECT_TRUE(exploration_.dispatcher().frontiers().empty()) << "nothing changes before it is back";
+  ASSERT_EQ(exploration_.take_back(job.get(), true), JobOutcome::kTaken);
   EXPECT_EQ(job->work().cells_drawn, exploration_.map()->grid().cells_written());
   EXPECT_GT(job->work().cells_searched, 1000U);
   ASSERT_TRUE(exploration_.result().mapped);
-  EXPECT_FALSE(exploration_.errands().frontiers().empty());
+  EXPECT_FALSE(exploration_.dispatcher().frontiers().empty());
   ASSERT_FALSE(exploration_.result().goals.goals.empty());
   for (const Goal& goal : exploration_.result().goals.goals) EXPECT_EQ(goal.vehicle, kTag);
 }
 
 TEST_F(ExplorationTest, a_search_that_is_not_wanted_or_was_cancelled_sends_nobody) {
-  EXPECT_EQ(explore(false), JobFate::kDropped);
-  EXPECT_EQ(explore(true, true), JobFate::kDropped);
-  EXPECT_TRUE(exploration_.errands().frontiers().empty());
+  EXPECT_EQ(explore(false), JobOutcome::kDropped);
+  EXPECT_EQ(explore(true, true), JobOutcome::kDropped);
+  EXPECT_TRUE(exploration_.dispatcher().frontiers().empty());
   EXPECT_TRUE(exploration_.result().goals.goals.empty());
-  EXPECT_EQ(explore(), JobFate::kTaken) << "the grid and its facts are here again";
+  EXPECT_EQ(explore(), JobOutcome::kTaken) << "the grid and its facts are here again";
   EXPECT_FALSE(exploration_.result().goals.goals.empty());
 }
 
@@ -103,36 +103,36 @@ TEST_F(ExplorationTest, facts_that_come_during_a_job_are_drawn_by_the_next_one) 
   const auto first = exploration_.make_job(input());
   for (const FactPtr& fact : keyframe(kTag, 0, 2.0)) exploration_.add(fact);
   run(*first);
-  ASSERT_EQ(exploration_.take_back(first.get(), true), JobFate::kTaken);
+  ASSERT_EQ(exploration_.take_back(first.get(), true), JobOutcome::kTaken);
   EXPECT_EQ(exploration_.map()->grid().keyframes(), 1U);
-  EXPECT_EQ(explore(), JobFate::kTaken);
+  EXPECT_EQ(explore(), JobOutcome::kTaken);
   EXPECT_EQ(exploration_.map()->grid().keyframes(), 2U);
 }
 
 TEST_F(ExplorationTest, a_job_that_never_ran_leaves_its_facts_to_the_next_one) {
   const auto job = exploration_.make_job(input());
-  EXPECT_EQ(exploration_.take_back(job.get(), true), JobFate::kDropped);
-  EXPECT_EQ(explore(), JobFate::kTaken);
+  EXPECT_EQ(exploration_.take_back(job.get(), true), JobOutcome::kDropped);
+  EXPECT_EQ(explore(), JobOutcome::kTaken);
   EXPECT_EQ(exploration_.map()->grid().keyframes(), 1U);
 }
 
 TEST_F(ExplorationTest, what_is_not_its_job_is_lost_and_the_grid_is_made_anew) {
   static_cast<void>(exploration_.make_job(input()));
-  EXPECT_EQ(exploration_.take_back(nullptr, true), JobFate::kLost);
+  EXPECT_EQ(exploration_.take_back(nullptr, true), JobOutcome::kLost);
   exploration_.restore(keyframe(kAnchor, 0, 0.0));
-  EXPECT_EQ(explore(), JobFate::kTaken);
+  EXPECT_EQ(explore(), JobOutcome::kTaken);
   EXPECT_TRUE(exploration_.result().mapped);
 }
 
 TEST_F(ExplorationTest, a_keyframe_that_is_no_longer_placed_leaves_the_grid_and_comes_back) {
-  ASSERT_EQ(explore(), JobFate::kTaken);
+  ASSERT_EQ(explore(), JobOutcome::kTaken);
   ExploreInput apart = input();
   apart.placed = std::make_shared<const Placement>();
   const auto job = exploration_.make_job(apart);
   run(*job);
-  ASSERT_EQ(exploration_.take_back(job.get(), true), JobFate::kTaken);
+  ASSERT_EQ(exploration_.take_back(job.get(), true), JobOutcome::kTaken);
   EXPECT_EQ(exploration_.map()->grid().keyframes(), 0U);
-  ASSERT_EQ(explore(), JobFate::kTaken);
+  ASSERT_EQ(explore(), JobOutcome::kTaken);
   EXPECT_EQ(exploration_.map()->grid().keyframes(), 1U);
 }
 
@@ -141,7 +141,7 @@ TEST_F(ExplorationTest, the_last_search_of_a_round_ranks_anchors_and_sends_nobod
   last.progress_since = Time::from_s(0.0);
   const auto job = exploration_.make_job(last);
   run(*job);
-  ASSERT_EQ(exploration_.take_back(job.get(), true), JobFate::kTaken);
+  ASSERT_EQ(exploration_.take_back(job.get(), true), JobOutcome::kTaken);
   EXPECT_EQ(exploration_.result().next_anchors.size(), 2U);
   EXPECT_TRUE(exploration_.result().progress);
   EXPECT_TRUE(exploration_.result().goals.goals.empty());
@@ -153,7 +153,7 @@ TEST_F(ExplorationTest, without_a_new_place_it_is_known_what_keeps_vehicles_from
   last.progress_since = Time::from_s(15.0);  // after the only keyframe
   const auto job = exploration_.make_job(last);
   run(*job);
-  ASSERT_EQ(exploration_.take_back(job.get(), true), JobFate::kTaken);
+  ASSERT_EQ(exploration_.take_back(job.get(), true), JobOutcome::kTaken);
   EXPECT_FALSE(exploration_.result().progress);
   EXPECT_TRUE(exploration_.result().next_anchors.empty());
   EXPECT_EQ(exploration_.result().stops.size(), exploration_.result().goals.frontiers.size());

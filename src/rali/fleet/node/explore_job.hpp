@@ -7,40 +7,41 @@
 #include <vector>
 
 #include "rali/fleet/messages/messages.hpp"
-#include "rali/fleet/node/errands.hpp"
 #include "rali/fleet/node/explore_map.hpp"
+#include "rali/fleet/node/goal_dispatcher.hpp"
 #include "rali/fleet/node/job.hpp"
 
 namespace rali::fleet {
 
-/// What a search for frontiers is made from, as it is when it begins.
+/// Input of a frontier search, as it is at its start.
 struct ExploreInput {
   JobKind kind = JobKind::kExplore;
   std::shared_ptr<const Placement> placed;
-  std::vector<Whereabouts> fleet;
+  std::vector<PeerState> fleet;
   VehicleId self;           ///< the anchor
   Time now;                 ///< by its clock
-  bool facts_here = false;  ///< all rest, are placed, and nothing of them is missing
-  // Of the last one of a round:
-  std::optional<Time> progress_since;  ///< asks whether a vehicle came to a new place from then on
-  bool forget_points = false;          ///< those that are drawn are not needed any more
+  bool facts_here = false;  ///< all stand still, are placed, and none of their facts are missing
+  // For the last one of a round:
+  std::optional<Time> progress_since;  ///< tests whether a vehicle reached a new place since then
+  bool forget_points = false;          ///< points already drawn are not needed any more
 };
 
 struct ExploreResult {
-  bool mapped = false;   ///< false: no ground is seen yet, and nothing else below is known
+  bool mapped = false;   ///< false: no ground is mapped yet, and all members below are unset
   bool progress = true;  ///< see ExploreInput::progress_since
   GoalList goals;        ///< without term and revision
-  // Of the last one of a round:
-  std::vector<VehicleId> next_anchors;  ///< best first
-  std::vector<Errands::Stop> stops;     ///< if there was no progress
+  // For the last one of a round:
+  std::vector<VehicleId> next_anchors;      ///< best first
+  std::vector<GoalDispatcher::Stop> stops;  ///< if there was no progress
 };
 
-/// Draws what is new, looks for frontiers and sends who is free. It owns the map while it is under
-/// way, and works on a copy of who is on the way to where.
+/// Draws new keyframes, searches frontiers and sends free vehicles. It owns the map while it runs,
+/// and works on a copy of the current goals.
 class ExploreJob final : public Job {
  public:
   /// @param place_m NodeSettings::place_m
-  ExploreJob(Errands errands, double place_m) : errands_(std::move(errands)), place_m_(place_m) {}
+  ExploreJob(GoalDispatcher dispatcher, double place_m)
+      : dispatcher_(std::move(dispatcher)), place_m_(place_m) {}
 
   void run(Executor& executor, const std::atomic<bool>& cancel) override;
 
@@ -54,8 +55,8 @@ class ExploreJob final : public Job {
   void count_searches(std::size_t paths);
 
   std::unique_ptr<ExploreMap> map_;
-  std::vector<FactPtr> facts_;  ///< that the map does not have yet
-  Errands errands_;
+  std::vector<FactPtr> facts_;  ///< not added to the map yet
+  GoalDispatcher dispatcher_;
   double place_m_;
   ExploreInput in_;
   ExploreResult result_;

@@ -26,9 +26,9 @@ map::KeyframeView view_of(VehicleId vehicle, Time t, const SE3& T_map_body,
   return view;
 }
 
-/// The horizontal direction that a blind node's LiDAR tells least about, in odom.
-std::optional<Vec2> blind_axis_odom(const Increment& step) {
-  if (!step.blind) return std::nullopt;
+/// The horizontal direction with the least LiDAR information at a degenerate node, in odom.
+std::optional<Vec2> degenerate_axis_odom(const Increment& step) {
+  if (!step.degenerate) return std::nullopt;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(
       step.lidar_information.block<2, 2>(3, 3));
   if (eigen.info() != Eigen::Success) return std::nullopt;
@@ -41,7 +41,8 @@ void ExploreMap::add(const FactPtr& fact) {
   const VehicleId vehicle = fact->key.vehicle;
   const StreamKey stream{vehicle, fact->key.epoch};
   if (const auto* step = std::get_if<Increment>(&fact->body)) {
-    const Node node{stream, fact->t, step->T_odom_body, step->keyframe, blind_axis_odom(*step)};
+    const Node node{stream, fact->t, step->T_odom_body, step->keyframe,
+                    degenerate_axis_odom(*step)};
     const auto [added, is_new] = nodes_[stream].try_emplace(step->node, node);
     if (is_new && step->keyframe) node_of_[{vehicle, *step->keyframe}] = &added->second;
   } else if (const auto* points = std::get_if<KeyframePoints>(&fact->body)) {
@@ -99,9 +100,9 @@ void ExploreMap::list_seen(const Placement& placed) {
     for (const auto& [number, node] : nodes) {
       const SE3 T = placed.T_map_body(stream, node.keyframe, node.T_odom_body);
       Seen seen{node.t, T.p, node.keyframe.has_value(), {}};
-      if (const auto& axis = node.blind_axis_odom) {
+      if (const auto& axis = node.degenerate_axis_odom) {
         const Vec3 in_map = frame->second.R * Vec3(axis->x(), axis->y(), 0.0);
-        seen.blind_axis = in_map.head<2>().normalized();
+        seen.degenerate_axis = in_map.head<2>().normalized();
       }
       seen_.push_back(seen);
     }
@@ -121,10 +122,10 @@ const ExploreMap::Seen* ExploreMap::nearest(const Vec2& place_map_m) const {
   return nearest;
 }
 
-BlindAxisAt ExploreMap::blind_axis() const {
+DegenerateAxisAt ExploreMap::degenerate_axis() const {
   return [this](const Vec2& place_map_m) -> std::optional<Vec2> {
     const Seen* seen = nearest(place_map_m);
-    return seen != nullptr ? seen->blind_axis : std::nullopt;
+    return seen != nullptr ? seen->degenerate_axis : std::nullopt;
   };
 }
 

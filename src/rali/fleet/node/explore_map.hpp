@@ -16,51 +16,51 @@
 
 namespace rali::fleet {
 
-/// The grid in which frontiers are searched, and where vehicles have been. To draw a keyframe takes
-/// milliseconds: only jobs do it.
+/// The grid in which frontiers are searched, and the places the vehicles have visited. Drawing a
+/// keyframe takes milliseconds, so only jobs do it.
 class ExploreMap {
  public:
   explicit ExploreMap(const map::ExploreSettings& settings) : grid_(settings) {}
 
-  /// Counts from the next draw() on.
+  /// Is used from the next draw() on.
   void add(const FactPtr& fact);
 
-  /// Keyframes lie as an estimate has them, and those that have come since the last call are drawn.
-  /// @return false: stopped on the way; the next call makes up for what is missing
+  /// Moves drawn keyframes to their estimated poses, and draws those received since the last call.
+  /// @return false: stopped early; the next call draws what is missing
   [[nodiscard]] bool draw(const Placement& placed, StopFlag stop);
 
-  /// The grid keeps outlines of its own. While vehicles may still be taken out of the map and come
-  /// back, the points are needed again.
+  /// Frees the points: the grid keeps outlines of its own. The points are needed again as long as
+  /// vehicles can be removed from the map and return.
   void forget_drawn_points();
 
   [[nodiscard]] const map::ExploreGrid& grid() const { return grid_; }
 
-  /// The direction that a LiDAR will not tell at a place: as at the nearest node of any path.
-  /// Valid until the next draw().
-  [[nodiscard]] BlindAxisAt blind_axis() const;
+  /// The degenerate direction of the LiDAR at a place: that of the nearest node of any path. Valid
+  /// until the next draw().
+  [[nodiscard]] DegenerateAxisAt degenerate_axis() const;
 
   /// Height of the bodies near a place [m].
   [[nodiscard]] double height_m(const geometry::Vec2& place_map_m) const;
 
-  /// Keyframes made from a time on, farther than `apart_m` from all that were made before it.
+  /// Number of keyframes since a time that are farther than `apart_m` from all earlier ones.
   [[nodiscard]] std::size_t new_places_since(Time t, double apart_m) const;
 
  private:
-  /// As the vehicle's odometry has it.
+  /// In the vehicle's odometry frame.
   struct Node {
     StreamKey stream;
     Time t;
     geometry::SE3 T_odom_body;
     std::optional<std::uint32_t> keyframe;
-    std::optional<geometry::Vec2> blind_axis_odom;  ///< unit; nothing: the LiDAR sees all
+    std::optional<geometry::Vec2> degenerate_axis_odom;  ///< unit; nothing: not degenerate
   };
 
-  /// Likewise, in the map.
+  /// Likewise, in the map frame.
   struct Seen {
     Time t;
     geometry::Vec3 p_map_m = geometry::Vec3::Zero();
     bool keyframe = false;
-    std::optional<geometry::Vec2> blind_axis;
+    std::optional<geometry::Vec2> degenerate_axis;
   };
 
   [[nodiscard]] bool move_drawn(const Placement& placed, StopFlag stop);

@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kTrail = 64;
 constexpr double kTrailStep_m = 0.25;
 
-/// Roll and pitch are not told; they are no worse than the heading.
+/// Roll and pitch are not sent; their sigma is at most that of the heading.
 geometry::Mat6 covariance_of(const PoseSigma& sigma) {
   geometry::Mat6 P = geometry::Mat6::Zero();
   P.diagonal().head<3>().setConstant(sigma.yaw_rad * sigma.yaw_rad);
@@ -103,15 +103,15 @@ void Node::on(const OwnPose& event) {
   }
 }
 
-void Node::on(const HeardRange& event) {
+void Node::on(const ReceivedRange& event) {
   if (role_.durable.anchor != event.peer) return;
   ++ranges_to_anchor_;
   input_.range_m = event.range_m;
 }
 
-void Node::on(const HeardRadio& event) {
+void Node::on(const ReceivedRadio& event) {
   if (role_.durable.anchor != event.peer) return;
-  // Each counts: radios tell once a second, and the median is taken over two.
+  // Each value counts: radios report once a second, and the median covers two.
   input_.rssi_dbm = event.rssi_dbm;
   rssi_dbm_ = event.rssi_dbm;
   watch_finish();
@@ -137,13 +137,13 @@ void Node::on(const Envelope& event) {
   if (!std::binary_search(store_.fleet().begin(), store_.fleet().end(), event.from)) return;
   exchange_.receive(event, store_, now_);
   if (const auto* role = std::get_if<RoleMessage>(&event.message)) {
-    if (role->op == RoleOp::kFinished && survey_) {
+    if (role->op == RoleOp::kFinished && mapper_) {
       tags_[event.from] = role->reason;
       rounds_.tag_finished(event.from, role->reason);
     }
-    const bool sealed_before = role_.seal_heard;
-    give(RoleHeard{event.from, *role});
-    if (role_.seal_heard && !sealed_before) {
+    const bool sealed_before = role_.seal_received;
+    give(RoleReceived{event.from, *role});
+    if (role_.seal_received && !sealed_before) {
       rounds_.anchor_ended(RoundEnd::kFinished, now_);
       exchange_.set_points_to(std::nullopt);
       exchange_.announce();
@@ -154,7 +154,7 @@ void Node::on(const Envelope& event) {
   if (const auto* s = std::get_if<VehicleStatus>(&event.message)) on(*s, event.from);
   if (const auto* t = std::get_if<Table>(&event.message)) on(*t, event.from);
   if (const auto* g = std::get_if<GoalList>(&event.message)) on(*g, event.from);
-  if (const auto* b = std::get_if<RoundBoundary>(&event.message)) on(*b, event.from);
+  if (const auto* b = std::get_if<SeparatorPrior>(&event.message)) on(*b, event.from);
 }
 
 void Node::on(const VehicleStatus& status, VehicleId from) {
@@ -169,7 +169,7 @@ void Node::on(const VehicleStatus& status, VehicleId from) {
   if (status.mode == Mode::kDone && status.term >= role_.durable.term) done_ = true;
 }
 
-/// What it had finished before its restart it may go on with now; its clock may have begun anew.
+/// After its restart it may continue what it had finished before; its clock may have restarted.
 void Node::restarted(VehicleId peer) {
   tags_.erase(peer);
   rounds_.tag_finished(peer, FinishReason::kNone);
@@ -193,9 +193,9 @@ void Node::keep(const Table& table) {
   }
 }
 
-void Node::on(const RoundBoundary& boundary, VehicleId from) {
-  if (boundary.term != role_.durable.term || role_.durable.anchor != from) return;
-  boundary_ = boundary;
+void Node::on(const SeparatorPrior& separator, VehicleId from) {
+  if (separator.term != role_.durable.term || role_.durable.anchor != from) return;
+  separator_ = separator;
 }
 
 void Node::on(const GoalList& goals, VehicleId from) {
@@ -204,11 +204,11 @@ void Node::on(const GoalList& goals, VehicleId from) {
   if (goals_ && rank < goals_rank_) return;
   goals_rank_ = rank;
   goals_ = goals;
-  frontiers_heard_ = goals.memory;
+  frontiers_received_ = goals.memory;
 }
 
 std::optional<SE3> Node::T_map_odom() const {
-  if (survey_) return survey_->T_map_odom({self_, epoch_});
+  if (mapper_) return mapper_->T_map_odom({self_, epoch_});
   std::optional<SE3> T;
   for (const auto& [stream, frame] : frames_) {
     if (stream == StreamKey{self_, epoch_}) T = frame;
@@ -223,8 +223,8 @@ std::optional<Vec3> Node::place_of(VehicleId vehicle) const {
   }
   const auto peer = peers_.find(vehicle);
   if (peer == peers_.end()) return std::nullopt;
-  if (survey_) {
-    const auto T = survey_->T_map_odom({vehicle, peer->second.status.epoch});
+  if (mapper_) {
+    const auto T = mapper_->T_map_odom({vehicle, peer->second.status.epoch});
     return T ? std::optional<Vec3>(*T * peer->second.status.T_odom_body.p) : std::nullopt;
   }
   const auto frame = frames_.find({vehicle, peer->second.status.epoch});
@@ -262,13 +262,14 @@ VehicleStatus Node::status() const {
   if (!pose_) return s;
   s.T_odom_body = pose_->T_odom_body;
   s.sigma_m = pose_->sigma_m;
-  if (pose_->blind) s.blind_azimuth_rad = std::atan2(pose_->blind_odom.y(), pose_->blind_odom.x());
+  if (pose_->degenerate)
+    s.degenerate_azimuth_rad = std::atan2(pose_->degenerate_odom.y(), pose_->degenerate_odom.x());
   s.rssi_dbm = rssi_dbm_;
   return s;
 }
 
 void Node::on(const NodeTick&) {
-  tell_self();
+  report_self();
   hold_handover();
   give(RoleTick{});
   if (now_ >= next_finish_) {
@@ -276,7 +277,7 @@ void Node::on(const NodeTick&) {
     watch_finish();
   }
   add_new_facts();
-  if (survey_) survey_tick();
+  if (mapper_) mapper_tick();
   drive();
   if (now_ >= next_status_) {
     next_status_ = now_ + Duration::from_s(settings_.status_s);

@@ -11,30 +11,30 @@
 #include "rali/fleet/facts/exchange.hpp"
 #include "rali/fleet/node/events.hpp"
 #include "rali/fleet/node/exploration.hpp"
-#include "rali/fleet/node/survey.hpp"
+#include "rali/fleet/node/fleet_mapper.hpp"
 #include "rali/fleet/roles/role_machine.hpp"
 #include "rali/fleet/rounds/finish.hpp"
 #include "rali/fleet/rounds/round_machine.hpp"
 
 namespace rali::fleet {
 
-/// One vehicle's part in the fleet, as a pure function of its events (algorithms_fleet 10, 11): it
-/// passes facts on, plays its role, and tells its own vehicle where to go; while it is anchor it
-/// also makes the map, finds the frontiers and sends everybody. No clock, no bytes, and no step
-/// that solves, draws or searches: that is a job, which the host runs beside the steps (RunJob).
+/// One vehicle's part in the fleet, as a pure function of its events (algorithms_fleet 10, 11). It
+/// forwards facts, runs its role and commands its own vehicle. As anchor it also makes the map,
+/// finds the frontiers and sends all vehicles to goals. It reads no clock and no bytes. Steps do
+/// not solve, draw or search: these are jobs, which the host runs beside the steps (RunJob).
 class Node {
  public:
-  /// @param fleet all vehicles, this one included  @param start what the disk holds
+  /// @param fleet all vehicles, this one included  @param start contents of the disk
   Node(VehicleId self, std::vector<VehicleId> fleet, const NodeSettings& settings,
        const FleetKnowledge& known, Time now, NodeStart start = {});
 
-  /// Takes one event and appends what follows from it. `now` is the vehicle's own clock; it must
-  /// not go back.
+  /// Processes one event and appends the outputs that follow. `now` is the vehicle's own clock; it
+  /// must not go back.
   void step(const NodeEvent& event, Time now, NodeOutputs& out);
 
   [[nodiscard]] const DriveOrder& order() const { return order_; }
 
-  /// This vehicle in the fleet's map, as the last table has its frame; nothing before.
+  /// Of this vehicle, by the frame in the last table; nothing before.
   [[nodiscard]] std::optional<geometry::SE3> T_map_odom() const;
 
   [[nodiscard]] const std::optional<OwnPose>& pose() const { return pose_; }
@@ -43,29 +43,29 @@ class Node {
 
   [[nodiscard]] std::uint64_t term() const { return role_.durable.term; }
 
-  /// The mission is over: nothing is left to see, or nobody gets any further.
+  /// The mission is over: no frontier is left, or no vehicle makes progress.
   [[nodiscard]] bool done() const { return done_; }
 
-  /// Nothing was left to see when it ended.
+  /// No frontier was left when it ended.
   [[nodiscard]] bool explored() const {
     const std::vector<RoundRow>& rows = rounds_.rounds();
     return !rows.empty() && rows.back().ended_by == RoundEnd::kExplored;
   }
 
-  /// As this vehicle heard them; those of which it was the anchor with all that it knew.
+  /// As this vehicle received them; for rounds in which it was anchor, with all details.
   [[nodiscard]] const RoundMachine& rounds() const { return rounds_; }
 
   [[nodiscard]] const FactStore& store() const { return store_; }
 
   [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
 
-  /// Where the fleet's keyframes lie, as last told.
+  /// Poses of the fleet's keyframes, as last received.
   [[nodiscard]] const std::map<KeyframeId, KeyframePose>& map_poses() const { return poses_; }
 
-  /// The map it makes as anchor; null otherwise.
-  [[nodiscard]] const Survey* survey() const { return survey_.get(); }
+  /// The map made as anchor; null otherwise.
+  [[nodiscard]] const FleetMapper* mapper() const { return mapper_.get(); }
 
-  /// Where it looks for frontiers, once it has been anchor; null before.
+  /// Frontier search, once this vehicle has been anchor; null before.
   [[nodiscard]] const Exploration* exploration() const { return exploration_.get(); }
 
  private:
@@ -74,11 +74,11 @@ class Node {
     Time t;
   };
 
-  // What is heard and measured.
+  // Received messages and measurements.
   void on(const OwnFact& event);
   void on(const OwnPose& event);
-  void on(const HeardRange& event);
-  void on(const HeardRadio& event);
+  void on(const ReceivedRange& event);
+  void on(const ReceivedRadio& event);
   void on(const DriveStatus& event);
   void on(const Envelope& event);
   void on(const Persisted& event);
@@ -90,7 +90,7 @@ class Node {
   void on(const VehicleStatus& status, VehicleId from);
   void restarted(VehicleId peer);
   void on(const Table& table, VehicleId from);
-  void on(const RoundBoundary& boundary, VehicleId from);
+  void on(const SeparatorPrior& separator, VehicleId from);
   void on(const GoalList& goals, VehicleId from);
 
   // The role.
@@ -98,11 +98,11 @@ class Node {
   void act(const RoleAction& action);
   void follow(VehicleId anchor);
   void send_role(RoleSend send);
-  void tell_self();
+  void report_self();
   void watch_finish();
   [[nodiscard]] bool was_near(const FinishInput& input);
   void became_anchor(bool new_round);
-  void begin_survey();
+  void start_mapper();
   void stopped_anchoring();
   void sealed();
   void solved();
@@ -111,12 +111,12 @@ class Node {
   void offer_choice();
 
   // The anchor's map (node_anchor.cpp).
-  void survey_tick();
+  void mapper_tick();
   void add_new_facts();
-  void tell_map();
-  void tell_tables(double moved_m);
+  void report_map();
+  void report_tables(double moved_m);
   void keep(const Table& table);
-  void tell_boundary();
+  void report_separator_prior();
 
   // Its jobs (node_jobs.cpp).
   struct UnderWay {
@@ -134,14 +134,14 @@ class Node {
   void give_up_seal();
   [[nodiscard]] std::vector<FactPtr> all_facts() const;
 
-  [[nodiscard]] Survey* any_survey() { return survey_ ? survey_.get() : resting_.get(); }
+  [[nodiscard]] FleetMapper* any_mapper() { return mapper_ ? mapper_.get() : resting_.get(); }
 
   void send_fleet();
   void note_frontiers(bool facts_agree);
-  void tell_goals();
+  void report_goals();
   void end_mission(RoundEnd why);
   [[nodiscard]] std::optional<Time> progress_since() const;
-  [[nodiscard]] std::vector<Whereabouts> whereabouts() const;
+  [[nodiscard]] std::vector<PeerState> peer_state() const;
   [[nodiscard]] bool facts_are_here() const;
   [[nodiscard]] bool is_lost(VehicleId vehicle) const;
 
@@ -149,7 +149,7 @@ class Node {
   void drive();
   void stand();
   void go(std::vector<geometry::Vec3> places_map_m);
-  [[nodiscard]] std::vector<geometry::Vec3> way_back() const;
+  [[nodiscard]] std::vector<geometry::Vec3> path_back() const;
 
   [[nodiscard]] VehicleStatus status() const;
   [[nodiscard]] std::optional<DriveEnd> drive_end() const;
@@ -176,7 +176,7 @@ class Node {
   std::map<VehicleId, Peer> peers_;
   std::uint32_t role_messages_ = 0;
 
-  bool logs_ = false;              ///< what must be kept waits for the disk
+  bool logs_ = false;              ///< what must be stored waits for the disk
   std::uint64_t roles_saved_ = 0;  ///< number of the last SaveRole
   std::uint64_t roles_kept_ = 0;   ///< likewise, of those on the disk
   std::deque<std::pair<std::uint64_t, RoleSend>> waiting_roles_;  ///< for that SaveRole
@@ -185,27 +185,27 @@ class Node {
   std::optional<OwnPose> pose_;
   std::optional<Time> rested_, standing_since_;
   std::vector<geometry::Vec3> trail_odom_m_;  ///< of the last metres
-  FinishInput input_;                         ///< gathered since the last look at it
-  double rssi_dbm_ = 0.0;                     ///< last heard from the anchor; 0: nothing
+  FinishInput input_;                         ///< accumulated since the last evaluation
+  double rssi_dbm_ = 0.0;                     ///< last received from the anchor; 0: none
   DriveStatus drive_;
   std::uint32_t ranges_to_anchor_ = 0;
-  Time followed_;          ///< begin of the round, as a tag
+  Time followed_;          ///< start of the round, as a tag
   bool was_near_ = false;  ///< the anchor, in this round
   Time next_status_, next_finish_, next_claim_;
 
-  std::map<StreamKey, geometry::SE3> frames_;  ///< T_map_odom of all, as last told
-  std::map<KeyframeId, KeyframePose> poses_;   ///< of all keyframes, as last told
-  std::optional<RoundBoundary> boundary_;      ///< of the last anchor that told one
+  std::map<StreamKey, geometry::SE3> frames_;  ///< T_map_odom of all, as last received
+  std::map<KeyframeId, KeyframePose> poses_;   ///< of all keyframes, as last received
+  std::optional<SeparatorPrior> separator_;    ///< of the last anchor that sent one
   std::optional<GoalList> goals_;
-  /// Since this vehicle was anchor itself: newer than what it remembers of that time.
-  std::optional<map::FrontierMemory> frontiers_heard_;
+  /// Received since this vehicle was last anchor: newer than its own memory of that time.
+  std::optional<map::FrontierMemory> frontiers_received_;
   std::pair<std::uint64_t, std::uint32_t> goals_rank_;
   DriveOrder order_;
   bool backs_ = false;
   bool done_ = false;
 
-  std::unique_ptr<Survey> survey_;
-  std::unique_ptr<Survey> resting_;  ///< of a round in which this vehicle was the anchor
+  std::unique_ptr<FleetMapper> mapper_;
+  std::unique_ptr<FleetMapper> resting_;  ///< of a round in which this vehicle was the anchor
   std::unique_ptr<Exploration> exploration_;
   std::map<VehicleId, FinishReason> tags_;
   std::uint32_t revision_ = 0, goal_revision_ = 0;
@@ -213,7 +213,7 @@ class Node {
   std::optional<Inventory> seal_;
   Time sealed_at_;
 
-  /// A round that is sealed, but whose last jobs have not come back yet.
+  /// A sealed round whose last jobs have not returned yet.
   struct Sealing {
     RoundEnd why = RoundEnd::kOpen;
     bool solved = false;
@@ -223,7 +223,7 @@ class Node {
   std::optional<UnderWay> estimating_, exploring_;
   std::uint64_t jobs_ = 0;
   std::vector<VehicleId> ranked_;
-  std::string waits_for_;  ///< what was said last about vehicles that are not placed
+  std::string waits_for_;  ///< last report about vehicles that are not placed
 };
 
 }  // namespace rali::fleet

@@ -12,18 +12,18 @@ using geometry::Vec3;
 
 void Node::add_new_facts() {
   for (const FactPtr& fact : store_.take_new()) {
-    if (Survey* survey = any_survey()) survey->add(fact);
+    if (FleetMapper* mapper = any_mapper()) mapper->add(fact);
     if (exploration_) exploration_->add(fact);
   }
 }
 
-void Node::survey_tick() {
+void Node::mapper_tick() {
   if (role_.mode == RoleMode::kSealed) return offer_choice();
   if (!may_publish(role_, now_) || done_) return;
   if (now_ >= next_estimate_ && !estimating_) {
     const double age_s = seconds_between(begin_, now_);
-    next_estimate_ =
-        now_ + Duration::from_s(std::max(settings_.estimate_s, settings_.estimate_share * age_s));
+    next_estimate_ = now_ + Duration::from_s(std::max(settings_.estimate_s,
+                                                      settings_.estimate_fraction * age_s));
     start_estimate(JobKind::kEstimate);
   }
   if (now_ >= next_look_ && !exploring_) {
@@ -32,49 +32,49 @@ void Node::survey_tick() {
   }
 }
 
-void Node::tell_tables(double moved_m) {
-  for (Table& table : survey_->tables(role_.durable.term, revision_, moved_m)) {
+void Node::report_tables(double moved_m) {
+  for (Table& table : mapper_->tables(role_.durable.term, revision_, moved_m)) {
     keep(table);
     post(std::nullopt, std::move(table));
   }
 }
 
-/// What the round leaves to the next one, whoever is its anchor. It comes after the seal: further
-/// parts of the last table, exact enough to go on from.
-void Node::tell_boundary() {
+/// The separator prior for the next round, whoever is its anchor. It is sent after the seal, with
+/// further parts of the last table, exact enough to continue from.
+void Node::report_separator_prior() {
   constexpr double kExact_m = 1e-3;  // of a table
-  tell_tables(kExact_m);
-  if (!survey_->boundary()) return;
-  RoundBoundary boundary = *survey_->boundary();
-  boundary.term = role_.durable.term;
-  post(std::nullopt, std::move(boundary));
+  report_tables(kExact_m);
+  if (!mapper_->separator()) return;
+  SeparatorPrior separator = *mapper_->separator();
+  separator.term = role_.durable.term;
+  post(std::nullopt, std::move(separator));
 }
 
-void Node::tell_map() {
+void Node::report_map() {
   ++revision_;
-  tell_tables(settings_.moved_m);
+  report_tables(settings_.moved_m);
   std::string waits;
-  for (const VehicleFrame& frame : survey_->last().frames) {
+  for (const VehicleFrame& frame : mapper_->last().frames) {
     if (frame.group > 0) waits += frame.waits_for;
   }
   if (waits != waits_for_ && !waits.empty()) report("fleet.unplaced", Severity::kWarning, waits);
   waits_for_ = std::move(waits);
 }
 
-std::vector<Whereabouts> Node::whereabouts() const {
-  std::vector<Whereabouts> out;
+std::vector<PeerState> Node::peer_state() const {
+  std::vector<PeerState> out;
   const FinishSettings& finish = settings_.rounds.finish;
   const auto here = place_of(self_);
   for (const VehicleId vehicle : role_.durable.fleet) {
     const auto place = place_of(vehicle);
     if (!place) continue;
-    Whereabouts w;
+    PeerState w;
     w.vehicle = vehicle;
     w.place_map_m = place->head<2>();
-    const VehicleStatus* told = vehicle == self_ ? nullptr : &peers_.at(vehicle).status;
-    w.stands = told == nullptr || told->mode == Mode::kHolding;
-    w.at_rest = told == nullptr ? !is_moving() : told->at_rest;
-    if (told != nullptr) w.drive_end = told->drive_end;
+    const VehicleStatus* reported = vehicle == self_ ? nullptr : &peers_.at(vehicle).status;
+    w.stands = reported == nullptr || reported->mode == Mode::kHolding;
+    w.at_rest = reported == nullptr ? !is_moving() : reported->at_rest;
+    if (reported != nullptr) w.drive_end = reported->drive_end;
     if (const auto tag = tags_.find(vehicle); tag != tags_.end()) {
       w.stands = w.stands || forbids_driving(tag->second);
       // It has driven back since, and is not at its limit any more.
@@ -93,40 +93,41 @@ std::vector<Whereabouts> Node::whereabouts() const {
   return out;
 }
 
-/// Silent for so long that nobody waits for it. What others hold of its facts has come by then.
+/// No messages for so long that it is not waited for. Its facts held by others have arrived by
+/// then.
 bool Node::is_lost(VehicleId vehicle) const {
   if (vehicle == self_) return false;
   const auto peer = peers_.find(vehicle);
-  const Time heard = peer == peers_.end() ? begin_ : peer->second.t;
-  return seconds_between(heard, now_) > settings_.lost_s;
+  const Time received = peer == peers_.end() ? begin_ : peer->second.t;
+  return seconds_between(received, now_) > settings_.lost_s;
 }
 
-/// No keyframe is known of and not there, and nobody is out of reach or without a frame.
+/// No known keyframe is missing, and no vehicle is out of reach or without a frame.
 bool Node::facts_are_here() const {
   const std::vector<VehicleId>& fleet = role_.durable.fleet;
   std::size_t lacking = exchange_.lacking();
   for (const VehicleId v : fleet) lacking -= is_lost(v) ? exchange_.lacking_of(v) : 0;
   return lacking == 0 && std::all_of(fleet.begin(), fleet.end(), [this](VehicleId v) {
-           return v == self_ ? survey_->is_placed(v)
-                             : is_lost(v) || (survey_->is_placed(v) && exchange_.in_reach(v, now_));
+           return v == self_ ? mapper_->is_placed(v)
+                             : is_lost(v) || (mapper_->is_placed(v) && exchange_.in_reach(v, now_));
          });
 }
 
-/// What a search for frontiers has found.
+/// Applies the result of a frontier search.
 void Node::send_fleet() {
   if (!exploration_->result().mapped) return;
   note_frontiers(exploration_->input().facts_here);
-  tell_goals();
+  report_goals();
   if (rounds_.mission_over()) end_mission(RoundEnd::kExplored);
 }
 
 void Node::note_frontiers(bool facts_agree) {
   std::vector<VehicleId> ids;
-  for (const Whereabouts& w : exploration_->input().fleet) ids.push_back(w.vehicle);
-  rounds_.frontiers_seen(exploration_->errands().frontiers(), ids, facts_agree);
+  for (const PeerState& w : exploration_->input().fleet) ids.push_back(w.vehicle);
+  rounds_.frontiers_seen(exploration_->dispatcher().frontiers(), ids, facts_agree);
 }
 
-void Node::tell_goals() {
+void Node::report_goals() {
   GoalList list = exploration_->result().goals;
   list.term = role_.durable.term;
   list.revision = ++goal_revision_;
@@ -139,8 +140,8 @@ void Node::end_mission(RoundEnd why) {
   next_status_ = now_;
 }
 
-/// Begin of the last rounds of each vehicle in which somebody has to come to a place where nobody
-/// had been; nothing: there were not so many yet.
+/// Start of the last `idle_rounds` rounds per vehicle: since then a vehicle must have reached a new
+/// place. Nothing: there were not so many rounds yet.
 std::optional<Time> Node::progress_since() const {
   const std::vector<RoundRow>& rows = rounds_.rounds();
   const auto count = static_cast<std::size_t>(settings_.idle_rounds *
@@ -151,11 +152,11 @@ std::optional<Time> Node::progress_since() const {
 
 void Node::drive() {
   if (done_ || role_.mode != RoleMode::kTag || !goals_ || must_stand(role_)) {
-    // An old anchor that the new one still needs, and whoever has only seen everything.
+    // An old anchor that the new one still needs, or a vehicle that has explored its surroundings.
     return stand();
   }
   if (finish_view_.drive_back) {
-    if (!backs_) go(way_back());
+    if (!backs_) go(path_back());
     backs_ = true;
     return;
   }
@@ -181,7 +182,7 @@ void Node::go(std::vector<Vec3> places_map_m) {
   order_.places_map_m = std::move(places_map_m);
 }
 
-std::vector<Vec3> Node::way_back() const {
+std::vector<Vec3> Node::path_back() const {
   const auto T = T_map_odom();
   if (!T || trail_odom_m_.empty()) return {};
   const Vec3 here = trail_odom_m_.back();

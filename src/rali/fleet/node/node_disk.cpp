@@ -19,8 +19,8 @@ void Node::on(const Persisted& event) {
   report("fleet.disk_works", Severity::kInfo, "its disk keeps facts again; all are written");
 }
 
-/// The facts stay in memory, and no inventory names them. Whoever becomes anchor promises to keep
-/// everybody's facts.
+/// The facts stay in memory, and no inventory names them. An anchor must be able to store the facts
+/// of all vehicles.
 void Node::on(const PersistFailed& event) {
   if (std::exchange(disk_fails_, true)) return;
   report("fleet.disk_fails", Severity::kError,

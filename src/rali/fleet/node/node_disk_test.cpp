@@ -1,4 +1,4 @@
-// What a node owes to its disk: votes and inventories wait for it, and a restart remembers them.
+// A node and its disk: votes and inventories wait for it, and a restart restores them.
 #include <set>
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ struct Alone {
     return out;
   }
 
-  NodeOutputs hear(VehicleId from, Message message) {
+  NodeOutputs receive(VehicleId from, Message message) {
     return give(Envelope{from, std::nullopt, std::move(message)});
   }
 
@@ -94,24 +94,24 @@ Persisted kept(std::vector<FactKey> facts, std::uint64_t role = 0) {
 
 TEST(NodeDisk, a_vote_leaves_when_it_is_on_the_disk_and_not_before) {
   Alone v;
-  const NodeOutputs out = v.hear(VehicleId{0}, propose(VehicleId{0}, 1));
+  const NodeOutputs out = v.receive(VehicleId{0}, propose(VehicleId{0}, 1));
   const auto saves = all_of<SaveRole>(out);
   ASSERT_EQ(saves.size(), 1U);
   EXPECT_EQ(saves[0].durable.granted_to, VehicleId{0});
   EXPECT_TRUE(role_ops(out).empty());
-  // Asked again, it votes the same again: that waits, too.
-  EXPECT_TRUE(role_ops(v.hear(VehicleId{0}, propose(VehicleId{0}, 1))).empty());
+  // Asked again, it votes the same again: that vote waits, too.
+  EXPECT_TRUE(role_ops(v.receive(VehicleId{0}, propose(VehicleId{0}, 1))).empty());
   EXPECT_TRUE(role_ops(v.give(kept({}, saves[0].number - 1))).empty());
   EXPECT_EQ(role_ops(v.give(kept({}, saves[0].number))),
             (std::vector<RoleOp>{RoleOp::kGrant, RoleOp::kGrant}));
-  EXPECT_EQ(role_ops(v.hear(VehicleId{0}, propose(VehicleId{0}, 1))),
+  EXPECT_EQ(role_ops(v.receive(VehicleId{0}, propose(VehicleId{0}, 1))),
             std::vector<RoleOp>{RoleOp::kGrant})
       << "nothing waits any more";
 }
 
 TEST(NodeDisk, poses_and_statuses_wait_for_nothing) {
   Alone v;
-  v.hear(VehicleId{0}, propose(VehicleId{0}, 1));
+  v.receive(VehicleId{0}, propose(VehicleId{0}, 1));
   v.own_pose();
   EXPECT_EQ(messages<VehicleStatus>(v.give(NodeTick{})).size(), 1U);
 }
@@ -121,10 +121,10 @@ TEST(NodeDisk, facts_are_saved_once_and_an_inventory_names_those_that_are_kept) 
   const auto own = all_of<SaveFact>(v.give(OwnFact{fact_of(kSelf, 0, 0)}));
   ASSERT_EQ(own.size(), 1U);
   const auto foreign =
-      all_of<SaveFact>(v.hear(VehicleId{2}, FactMessage{fact_of(VehicleId{2}, 0, 0)}));
+      all_of<SaveFact>(v.receive(VehicleId{2}, FactMessage{fact_of(VehicleId{2}, 0, 0)}));
   ASSERT_EQ(foreign.size(), 1U);
   EXPECT_TRUE(
-      all_of<SaveFact>(v.hear(VehicleId{0}, FactMessage{fact_of(VehicleId{2}, 0, 0)})).empty())
+      all_of<SaveFact>(v.receive(VehicleId{0}, FactMessage{fact_of(VehicleId{2}, 0, 0)})).empty())
       << "it is known";
   const auto first = messages<Inventory>(v.give(NodeTick{}));
   ASSERT_EQ(first.size(), 1U);
@@ -150,7 +150,7 @@ TEST(NodeDisk, without_a_log_everything_counts_as_kept_at_once) {
   EXPECT_EQ(node.store().inventory(0, 0).streams.size(), 1U);
 }
 
-/// As after it voted for v2 in term 5 and died.
+/// State after it voted for v2 in term 5 and stopped.
 NodeStart voted() {
   NodeStart start;
   start.durable.term = 5;
@@ -164,12 +164,12 @@ NodeStart voted() {
 TEST(NodeDisk, after_a_restart_nobody_gets_a_second_vote_of_a_term) {
   Alone v(voted());
   EXPECT_EQ(v.node.term(), 5U);
-  v.pass(60.0);  // no promise of before lasts as long
-  EXPECT_EQ(role_ops(v.hear(VehicleId{0}, propose(VehicleId{0}, 5))),
+  v.pass(60.0);  // longer than any earlier promise
+  EXPECT_EQ(role_ops(v.receive(VehicleId{0}, propose(VehicleId{0}, 5))),
             std::vector<RoleOp>{RoleOp::kRefuse});
-  EXPECT_EQ(role_ops(v.hear(VehicleId{2}, propose(VehicleId{2}, 5))),
+  EXPECT_EQ(role_ops(v.receive(VehicleId{2}, propose(VehicleId{2}, 5))),
             std::vector<RoleOp>{RoleOp::kGrant});
-  EXPECT_EQ(role_ops(v.hear(VehicleId{0}, propose(VehicleId{0}, 4))),
+  EXPECT_EQ(role_ops(v.receive(VehicleId{0}, propose(VehicleId{0}, 4))),
             std::vector<RoleOp>{RoleOp::kRefuse});
 }
 
@@ -177,7 +177,7 @@ TEST(NodeDisk, after_a_restart_its_facts_are_there_and_neither_saved_nor_told_un
   Alone v(voted());
   EXPECT_EQ(v.node.epoch(), 3U);
   EXPECT_EQ(v.node.store().size(), 2U);
-  v.hear(VehicleId{0}, VehicleStatus{});
+  v.receive(VehicleId{0}, VehicleStatus{});
   v.own_pose();
   const NodeOutputs out = v.give(NodeTick{});
   EXPECT_TRUE(all_of<SaveFact>(out).empty());
@@ -195,13 +195,13 @@ TEST(NodeDisk, an_unconfirmed_role_votes_when_the_operator_says_so) {
   NodeStart start;
   start.durable.confirmed = false;
   Alone v(start);
-  EXPECT_EQ(role_ops(v.hear(VehicleId{0}, propose(VehicleId{0}, 1))),
+  EXPECT_EQ(role_ops(v.receive(VehicleId{0}, propose(VehicleId{0}, 1))),
             std::vector<RoleOp>{RoleOp::kRefuse});
   const auto saves = all_of<SaveRole>(v.give(ConfirmRole{}));
   ASSERT_EQ(saves.size(), 1U);
   EXPECT_TRUE(saves[0].durable.confirmed);
   v.give(kept({}, saves[0].number));
-  const auto votes = all_of<SaveRole>(v.hear(VehicleId{0}, propose(VehicleId{0}, 1)));
+  const auto votes = all_of<SaveRole>(v.receive(VehicleId{0}, propose(VehicleId{0}, 1)));
   ASSERT_EQ(votes.size(), 1U);
   EXPECT_EQ(votes[0].durable.granted_to, VehicleId{0});
 }
@@ -212,15 +212,15 @@ TEST(NodeDisk, a_frame_of_an_earlier_epoch_is_not_that_of_the_present_odom) {
   commit.op = RoleOp::kCommit;
   commit.term = 6;
   commit.candidate = VehicleId{0};
-  v.hear(VehicleId{0}, commit);
+  v.receive(VehicleId{0}, commit);
   Table table;
   table.term = 6;
   table.frames = {{{kSelf, 2}, 0, {}, {}}};
-  v.hear(VehicleId{0}, table);
+  v.receive(VehicleId{0}, table);
   EXPECT_FALSE(v.node.T_map_odom());
   table.revision = 1;
   table.frames.push_back({{kSelf, 3}, 0, {}, {}});
-  v.hear(VehicleId{0}, table);
+  v.receive(VehicleId{0}, table);
   EXPECT_TRUE(v.node.T_map_odom());
 }
 
@@ -233,13 +233,13 @@ TEST(NodeDisk, a_disk_that_fails_is_told_once_and_makes_no_anchor_until_it_works
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].id, "fleet.disk_fails");
   EXPECT_TRUE(all_of<Finding>(v.give(failed)).empty());
-  // Nobody acts, it stands and has a link: whoever is able stands for election now.
+  // Nobody acts, it is at standstill and has a link: an able vehicle becomes candidate now.
   const auto stands_for_election = [&v] {
     bool votes = false;
     for (int k = 0; k < 600; ++k) {
       v.pass(0.1);
       v.own_pose();
-      v.hear(VehicleId{0}, VehicleStatus{});
+      v.receive(VehicleId{0}, VehicleStatus{});
       for (const SaveRole& save : all_of<SaveRole>(v.give(NodeTick{}))) {
         votes = votes || save.durable.granted_to == kSelf;
       }
@@ -255,13 +255,13 @@ TEST(NodeDisk, a_disk_that_fails_is_told_once_and_makes_no_anchor_until_it_works
   EXPECT_TRUE(stands_for_election());
 }
 
-// The clock of a machine that was switched off begins anew: what it said before seemed newer.
+// The clock of a restarted machine starts anew: its earlier messages seemed newer.
 TEST(NodeDisk, a_peer_that_restarted_is_heard_though_its_clock_began_anew) {
   Alone v;
   VehicleStatus before;
   before.t_send = Time::from_s(5000.0);
   before.term = 1;
-  v.hear(VehicleId{0}, before);
+  v.receive(VehicleId{0}, before);
   VehicleStatus after;
   after.epoch = 1;
   after.t_send = Time::from_s(10.0);
@@ -270,9 +270,9 @@ TEST(NodeDisk, a_peer_that_restarted_is_heard_though_its_clock_began_anew) {
   VehicleStatus late = before;
   late.mode = Mode::kDone;
   late.t_send = Time::from_s(4000.0);
-  v.hear(VehicleId{0}, late);
+  v.receive(VehicleId{0}, late);
   EXPECT_FALSE(v.node.done()) << "it overtook nothing";
-  v.hear(VehicleId{0}, after);
+  v.receive(VehicleId{0}, after);
   EXPECT_TRUE(v.node.done());
 }
 

@@ -21,8 +21,8 @@ using geometry::Vec3;
 
 inline VehicleId id(std::size_t v) { return {static_cast<std::uint16_t>(v)}; }
 
-/// Vehicles that hear each other at once, fed by hand; v0 has its odom at the map's origin and each
-/// other stands two metres further along x.
+/// Vehicles with links without delay, fed by hand; v0 has its odom at the map's origin and each
+/// other one stands two metres further along x.
 class Fleet {
  public:
   explicit Fleet(std::size_t n) {
@@ -55,7 +55,7 @@ class Fleet {
     }
   }
 
-  /// Computed at once; the result comes when its time is over, or at once where it is cancelled.
+  /// Computed at once; the result is returned after its duration, or at once if it is cancelled.
   void run_job(std::size_t v, const RunJob& order) {
     SerialExecutor executor;
     const std::atomic<bool> never = false;
@@ -91,7 +91,7 @@ class Fleet {
     }
   }
 
-  /// As it was when steps solved: until then the vehicle neither takes mail nor has a tick.
+  /// As when steps solved: until then the vehicle neither receives messages nor has a tick.
   [[nodiscard]] bool is_busy(std::size_t v) const {
     return solves_in_step &&
            std::any_of(jobs.begin(), jobs.end(), [v](const Pending& j) { return j.vehicle == v; });
@@ -115,7 +115,7 @@ class Fleet {
     fact(v, step);
   }
 
-  /// All messages that are on the way, then everyone's tick.
+  /// All pending messages, then every vehicle's tick.
   void step(double dt_s) {
     now = now + Duration::from_s(dt_s);
     deliver_jobs();
@@ -139,7 +139,7 @@ class Fleet {
       pose.t = now;
       pose.at_rest = !moving.contains(v);
       pose.levelled = true;
-      pose.blind = blind.contains(v);
+      pose.degenerate = degenerate.contains(v);
       give(v, pose);
       give(v, NodeTick{});
     }
@@ -158,9 +158,9 @@ class Fleet {
   std::vector<std::uint32_t> facts;
   std::deque<Envelope> air;
   std::vector<std::pair<std::size_t, RoleActionKind>> actions;
-  std::set<std::size_t> moving, silent, blind;
+  std::set<std::size_t> moving, silent, degenerate;
 
-  std::vector<Pending> jobs;      ///< estimates under way
+  std::vector<Pending> jobs;      ///< running estimates
   std::vector<Pending> searches;  ///< likewise, explorations
   std::vector<std::uint64_t> cancelled;
   std::map<std::size_t, std::deque<Envelope>> held;
@@ -169,17 +169,17 @@ class Fleet {
   Time now = Time::from_s(100.0);
 };
 
-/// The second vehicle hears the first one well, then too weakly, until it has finished.
-/// @return why, as the anchor has it
-inline FinishReason hear_weakly(Fleet& fleet) {
+/// The second vehicle receives the first one well, then too weakly, until it has finished.
+/// @return why, as recorded by the anchor
+inline FinishReason receive_weakly(Fleet& fleet) {
   for (int k = 0; k < 30; ++k) {
-    fleet.give(1, HeardRadio{id(0), -60.0});
+    fleet.give(1, ReceivedRadio{id(0), -60.0});
     fleet.step(0.1);
   }
   // Three packets below -85 dBm are a weak radio, which is latched.
   const auto reason = [&] { return fleet.nodes[0].rounds().finished(id(1)); };
   for (int k = 0; k < 30 && reason() == FinishReason::kNone; ++k) {
-    fleet.give(1, HeardRadio{id(0), -90.0});
+    fleet.give(1, ReceivedRadio{id(0), -90.0});
     fleet.step(0.1);
   }
   return reason();

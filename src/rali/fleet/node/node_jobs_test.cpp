@@ -40,7 +40,7 @@ TEST(NodeJobs, there_is_one_job_at_a_time_and_the_next_one_has_what_came_meanwhi
   Fleet fleet = with_anchor(kLongSolve_s);
   fleet.run(3.0);
   EXPECT_EQ(fleet.jobs.size(), 1U);
-  EXPECT_TRUE(fleet.nodes[0].survey()->is_solving());
+  EXPECT_TRUE(fleet.nodes[0].mapper()->is_solving());
   Increment step;
   step.node = 1;
   step.keyframe = 1;
@@ -58,7 +58,7 @@ TEST(NodeJobs, there_is_one_job_at_a_time_and_the_next_one_has_what_came_meanwhi
 TEST(NodeJobs, a_search_for_frontiers_is_a_job_too_and_the_next_one_waits_for_it) {
   Fleet fleet = with_anchor(0.0);
   fleet.search_s = 4.5;  // more than two periods
-  fleet.run(5.0);        // those that were asked for before
+  fleet.run(5.0);        // those requested before
   std::vector<std::uint64_t> numbers;
   for (int k = 0; k < 200; ++k) {
     fleet.step(0.1);
@@ -77,7 +77,7 @@ TEST(NodeJobs, a_seal_waits_for_the_search_that_says_who_is_next) {
   Fleet fleet = with_anchor(0.0);
   fleet.search_s = 20.0;
   fleet.run(3.0);
-  hear_weakly(fleet);
+  receive_weakly(fleet);
   while (fleet.nodes[0].mode() == Mode::kAnchor && fleet.now < Time::from_s(160.0)) fleet.step(0.1);
   ASSERT_EQ(fleet.nodes[0].mode(), Mode::kSealed);
   fleet.run(1.0);
@@ -96,7 +96,7 @@ TEST(NodeJobs, a_result_with_an_unknown_number_is_ignored) {
   fleet.give(0, JobDone{number + 1, fleet.jobs.front().done.job});
   fleet.give(0, JobDone{number + 2, nullptr});
   fleet.give(1, JobDone{number, nullptr});
-  EXPECT_TRUE(fleet.nodes[0].survey()->is_solving());
+  EXPECT_TRUE(fleet.nodes[0].mapper()->is_solving());
   EXPECT_FALSE(fleet.nodes[1].T_map_odom());
   fleet.run(kLongSolve_s + 0.5);
   EXPECT_TRUE(fleet.nodes[1].T_map_odom());
@@ -108,7 +108,7 @@ TEST(NodeJobs, a_result_with_an_unknown_number_is_ignored) {
 TEST(NodeJobs, a_seal_gives_up_the_job_under_way_and_the_round_ends_with_a_solution_of_its_own) {
   Fleet fleet = with_anchor(kLongSolve_s);
   fleet.run(7.0);
-  hear_weakly(fleet);
+  receive_weakly(fleet);
   while (fleet.nodes[0].mode() == Mode::kAnchor && fleet.now < Time::from_s(160.0)) fleet.step(0.1);
   ASSERT_EQ(fleet.nodes[0].mode(), Mode::kSealed);
   fleet.run(0.2);
@@ -123,12 +123,12 @@ TEST(NodeJobs, a_seal_gives_up_the_job_under_way_and_the_round_ends_with_a_solut
   EXPECT_FALSE(fleet.did(0, RoleActionKind::kOrphaned));
 }
 
-// The role machine waits 30 s for a choice. With a slower solution the anchor once followed itself,
+// The role machine waits 30 s for a choice. With a slower solution the anchor followed itself,
 // however much better another vehicle was.
 TEST(NodeJobs, the_hand_over_waits_for_the_last_solution_of_the_round) {
   Fleet fleet = with_anchor(0.0);
   fleet.solve_s = 80.0;
-  hear_weakly(fleet);
+  receive_weakly(fleet);
   while (fleet.nodes[0].mode() == Mode::kAnchor && fleet.now < Time::from_s(160.0)) fleet.step(0.1);
   ASSERT_EQ(fleet.nodes[0].mode(), Mode::kSealed);
   fleet.run(75.0);
@@ -139,7 +139,7 @@ TEST(NodeJobs, the_hand_over_waits_for_the_last_solution_of_the_round) {
   EXPECT_NE(fleet.nodes[0].rounds().rounds()[rounds - 1].ended_by, RoundEnd::kOpen);
 }
 
-/// Somebody leads a higher term that was lost: the anchor takes a new one and the round goes on.
+/// A candidate of a higher term was lost: the anchor takes a new term and the round continues.
 void raise_term(Fleet& fleet) {
   RoleMessage refusal;
   refusal.op = RoleOp::kRefuse;

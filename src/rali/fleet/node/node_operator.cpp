@@ -15,7 +15,7 @@ void Node::on(const OperatorOrder& event) {
     }
     return give(RoleFleet{std::move(fleet)});
   }
-  if (role_.mode != RoleMode::kAnchor || !survey_) {
+  if (role_.mode != RoleMode::kAnchor || !mapper_) {
     return report("fleet.order_refused", Severity::kWarning,
                   "only the anchor can end a round or the mission: give it the order");
   }

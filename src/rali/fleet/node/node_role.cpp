@@ -12,7 +12,7 @@ using geometry::Vec3;
 
 namespace {
 
-/// One that nobody is on the way to, nor to another near it.
+/// Whether a frontier is left that is not near the goal of any vehicle.
 bool frontier_is_left(const GoalList& list, double taken_m) {
   const auto taken = [&](const Frontier& f) {
     return std::any_of(list.goals.begin(), list.goals.end(), [&](const Goal& g) {
@@ -28,7 +28,7 @@ bool frontier_is_left(const GoalList& list, double taken_m) {
 void Node::give(const RoleEvent& event) {
   RoleStep step = role_step(role_, settings_.roles, event, now_);
   role_ = std::move(step.state);
-  // The disk before the radio.
+  // Write to disk before sending.
   if (step.save) out_->emplace_back(SaveRole{role_.durable, ++roles_saved_});
   for (RoleSend& send : step.messages) send_role(std::move(send));
   for (const RoleAction& action : step.actions) act(action);
@@ -42,7 +42,7 @@ void Node::send_role(RoleSend send) {
     send.message.inventory = op == RoleOp::kSeal && seal_ ? *seal_ : store_.inventory(0, 0);
     if (pose_) send.message.T_odom_body = pose_->T_odom_body;
   }
-  // Later ones wait, too: a vote that is given again is as binding as the first time.
+  // Later ones wait, too: a repeated vote is as binding as the first one.
   if (logs_ && roles_kept_ < roles_saved_) {
     waiting_roles_.emplace_back(roles_saved_, std::move(send));
     return;
@@ -64,7 +64,7 @@ void Node::act(const RoleAction& action) {
     case RoleActionKind::kMayLeave:
       return;
     case RoleActionKind::kRejoined:
-      // After a restart in the midst of a round: the anchor is the one that the disk names.
+      // After a restart during a round: the anchor is the one named on the disk.
       if (rounds_.rounds().empty()) follow(action.vehicle);
       return;
     case RoleActionKind::kFollows:
@@ -80,7 +80,7 @@ void Node::act(const RoleAction& action) {
                     fmt::format("two vehicles are anchor of term {}: {} is the other one",
                                 action.term, action.vehicle.value + 1));
     case RoleActionKind::kRefused:
-      return;  // told as it is
+      return;  // reported without further action
   }
 }
 
@@ -100,11 +100,11 @@ void Node::follow(VehicleId anchor) {
   exchange_.set_points_to(anchor);
 }
 
-void Node::tell_self() {
-  // The chain of stands holds where the LiDAR is blind; an old anchor that sees is not waited for
-  // by a new one whose radio may never reach it.
+void Node::report_self() {
+  // An old anchor must wait for ranges to the new one only where its LiDAR is degenerate. Elsewhere
+  // it may leave without them, because the radios may never reach each other.
   const bool sees =
-      pose_ && !pose_->blind && seconds_between(followed_, now_) >= settings_.roles.stand_s;
+      pose_ && !pose_->degenerate && seconds_between(followed_, now_) >= settings_.roles.stand_s;
   const auto enough = static_cast<std::uint32_t>(std::ceil(settings_.roles.ranges_to_leave));
   give(RoleSelf{standing_since_, sees ? std::max(enough, ranges_to_anchor_) : ranges_to_anchor_,
                 !disk_fails_});
@@ -114,10 +114,10 @@ void Node::tell_self() {
   if (seconds_between(*standing_since_, now_) >= settings_.roles.stand_s) give(RoleClaim{});
 }
 
-/// What a tag knows about its part of the round, once a second.
+/// Evaluates a tag's part of the round, once a second.
 void Node::watch_finish() {
   const auto anchor = role_.durable.anchor;
-  const bool tag = role_.mode == RoleMode::kTag && anchor && !role_.orphan && !role_.seal_heard;
+  const bool tag = role_.mode == RoleMode::kTag && anchor && !role_.orphan && !role_.seal_received;
   if (!tag || !pose_) return;
   FinishInput input = std::exchange(input_, {});
   input.t = now_;
@@ -130,7 +130,7 @@ void Node::watch_finish() {
   }
   input.comes_from_afar = !was_near(input);
   input.moves = is_moving();
-  input.blind = pose_->blind;
+  input.degenerate = pose_->degenerate;
   input.sigma_m = pose_->sigma_m;
   finish_view_ = finish_.step(input);
   if (finish_view_.reason != role_.finished) {
@@ -144,16 +144,16 @@ void Node::watch_finish() {
   }
 }
 
-/// A round may begin with tags far from their new anchor: they are not to stop before they have
-/// come nearer, and the anchor gives them no goal that is farther away.
+/// A round may begin with tags far from their new anchor: they must not stop before they have come
+/// nearer, and the anchor gives them no goal that is farther away.
 bool Node::was_near(const FinishInput& input) {
   const FinishSettings& finish = settings_.rounds.finish;
-  const bool heard_well =
+  const bool received_well =
       rssi_dbm_ == 0.0 || rssi_dbm_ >= finish.rssi_stop_dbm + finish.warn_rssi_db;
   const bool close = !input.distance_m || *input.distance_m <= finish.warn_from_m();
-  // Both radios have had their turn by then.
+  // By then both radios have been received.
   const bool known = seconds_between(followed_, now_) >= settings_.roles.stand_s;
-  was_near_ = was_near_ || (known && heard_well && close);
+  was_near_ = was_near_ || (known && received_well && close);
   return was_near_;
 }
 
@@ -164,45 +164,46 @@ void Node::became_anchor(bool new_round) {
   revision_ = goal_revision_ = 0;
   goals_.reset();
   exchange_.set_points_to(self_);
-  if (!new_round && survey_) return;
+  if (!new_round && mapper_) return;
   rounds_.anchor_began(self_, now_);
-  begin_survey();
+  start_mapper();
   exploration_->new_round();
-  if (frontiers_heard_) exploration_->take_over(*std::exchange(frontiers_heard_, std::nullopt));
+  if (frontiers_received_)
+    exploration_->take_over(*std::exchange(frontiers_received_, std::nullopt));
   next_estimate_ = next_look_ = next_goals_ = now_;
 }
 
-/// A vehicle that was anchor before goes on with what it has: the earlier rounds are solved, cut
-/// and drawn already.
-void Node::begin_survey() {
-  if (!survey_) survey_ = std::move(resting_);
-  if (survey_) {
+/// A former anchor continues with its own map: the earlier rounds are already solved, cut and
+/// drawn.
+void Node::start_mapper() {
+  if (!mapper_) mapper_ = std::move(resting_);
+  if (mapper_) {
     add_new_facts();
   } else {
-    survey_ = std::make_unique<Survey>(settings_, known_);
+    mapper_ = std::make_unique<FleetMapper>(settings_, known_);
     exploration_ = std::make_unique<Exploration>(settings_);
     static_cast<void>(store_.take_new());
     for (const FactPtr& fact : all_facts()) {
-      survey_->add(fact);
+      mapper_->add(fact);
       exploration_->add(fact);
     }
   }
-  // Of an anchor in between; without one its own is the last.
-  const auto boundary = std::exchange(boundary_, std::nullopt);
-  if (boundary) static_cast<void>(survey_->take_over(*boundary, poses_));
+  // From an anchor in between; without one its own is the last.
+  const auto separator = std::exchange(separator_, std::nullopt);
+  if (separator) static_cast<void>(mapper_->take_over(*separator, poses_));
 }
 
 void Node::stopped_anchoring() {
   cancel_jobs();
   give_up_seal();
-  if (survey_) resting_ = std::move(survey_);
+  if (mapper_) resting_ = std::move(mapper_);
   tags_.clear();
   seal_.reset();
   ranked_.clear();
 }
 
-/// The round is over: a last full estimate, and what is seen in it, decide who is next. Jobs that
-/// are under way are given up for it.
+/// The round is over: a last full estimate and the exploration of its map select the next anchor.
+/// Running jobs are cancelled for it.
 void Node::sealed() {
   exchange_.set_points_to(std::nullopt);
   exchange_.announce();
@@ -214,41 +215,41 @@ void Node::sealed() {
   const RoundEnd why = is_moving()    ? RoundEnd::kAnchorMoved
                        : all_finished ? RoundEnd::kFinished
                                       : RoundEnd::kTimeout;
-  if (!survey_) return rounds_.anchor_ended(why, now_);
+  if (!mapper_) return rounds_.anchor_ended(why, now_);
   add_new_facts();
   ranked_.clear();  // of an earlier round
   sealing_ = Sealing{why};
   if (!estimating_) start_estimate(JobKind::kEndRound);
 }
 
-/// All facts of the round are solved for.
+/// All facts of the round are solved.
 void Node::solved() {
   sealing_->solved = true;
-  tell_boundary();
+  report_separator_prior();
   if (!exploring_) start_exploration(JobKind::kNextAnchor);
 }
 
-/// It is known what is seen of the map, and who sees farther from where.
+/// The explored area, and the ranking of the next anchors, are known.
 void Node::round_ended() {
   const RoundEnd why = std::exchange(sealing_, std::nullopt)->why;
   const ExploreResult& found = exploration_->result();
-  const bool largest_left = exploration_->errands().largest().has_value();
+  const bool largest_left = exploration_->dispatcher().largest().has_value();
   const bool idle = !found.progress;
-  // Told as it is; whether the mission is over is asked while the anchor acts.
+  // Recorded only; the end of the mission is decided while the anchor acts.
   if (found.mapped) note_frontiers(false);
   if (idle && found.mapped) note_stops();
   const bool all_seen = idle && found.mapped && !largest_left;
   rounds_.anchor_ended(all_seen ? RoundEnd::kExplored : why, sealed_at_);
   if (idle) return end_mission(RoundEnd::kFinished);
   ranked_ = found.next_anchors;
-  tell_goals();
+  report_goals();
   if (settings_.rounds.anchor.candidates == AnchorCandidates::kTags) {
     std::erase(ranked_, self_);
   }
   if (ranked_.empty()) ranked_ = {self_};
 }
 
-/// A frontier to which a path leads was left because those who could drive had ended their part.
+/// A reachable frontier was left because the vehicles that could drive had finished.
 void Node::note_stops() {
   std::string ended;
   for (const VehicleId v : role_.durable.fleet) {
@@ -256,7 +257,7 @@ void Node::note_stops() {
     if (!forbids_driving(reason)) continue;
     ended += fmt::format("{}v{} ({})", ended.empty() ? "" : ", ", v.value + 1, name_of(reason));
   }
-  for (const Errands::Stop& stop : exploration_->result().stops) {
+  for (const GoalDispatcher::Stop& stop : exploration_->result().stops) {
     std::string why(reason_of(stop.reach));
     if (stop.reach == Reach::kThere && !ended.empty()) {
       why = "a path leads there, but these ended their part of the round: " + ended;
@@ -265,7 +266,7 @@ void Node::note_stops() {
   }
 }
 
-/// Only who holds what the seal names may be next; the best is waited for a while.
+/// Only a vehicle that holds all facts of the seal may be next; the best one is waited for a while.
 void Node::offer_choice() {
   if (role_.mode != RoleMode::kSealed || role_.named || ranked_.empty() || done_) return;
   std::vector<VehicleId> able;
@@ -274,7 +275,7 @@ void Node::offer_choice() {
   }
   const bool waited = seconds_between(sealed_at_, now_) >= settings_.choice_wait_s;
   if (able.empty() || (able.front() != ranked_.front() && !waited)) return;
-  const auto largest = exploration_ ? exploration_->errands().largest() : std::nullopt;
+  const auto largest = exploration_ ? exploration_->dispatcher().largest() : std::nullopt;
   rounds_.next_chosen(able.front(), largest);
   give(RoleChoice{std::move(able)});
 }

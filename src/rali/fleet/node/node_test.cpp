@@ -20,7 +20,7 @@ TEST(Node, the_first_vehicle_becomes_anchor_when_it_has_stood_for_three_seconds)
   EXPECT_EQ(fleet.nodes[1].rounds().rounds()[0].anchor, id(0));
 }
 
-// "Done" of a fleet next door, of a later term than ours, once stood all of ours still.
+// A "done" of a neighbouring fleet, of a later term, stopped the whole fleet.
 TEST(Node, a_stranger_ends_no_mission) {
   Fleet fleet(2);
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
@@ -54,19 +54,18 @@ TEST(Node, a_tag_that_finishes_ends_the_round_and_the_role_is_handed_over) {
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
   fleet.run(5.0);
   ASSERT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
-  EXPECT_EQ(hear_weakly(fleet), FinishReason::kSignal);
+  EXPECT_EQ(receive_weakly(fleet), FinishReason::kSignal);
   fleet.run(1.0);
   EXPECT_TRUE(fleet.did(0, RoleActionKind::kSealed));
   ASSERT_FALSE(fleet.nodes[0].rounds().rounds().empty());
   EXPECT_EQ(fleet.nodes[0].rounds().rounds()[0].ended_by, RoundEnd::kFinished);
   fleet.run(30.0);
-  // Nothing is mapped, so nobody is better than the anchor itself: it goes on in a new round.
+  // Nothing is mapped, so no vehicle is better than the anchor itself: it continues in a new round.
   EXPECT_GE(fleet.nodes[0].term(), 2U);
   EXPECT_GE(fleet.nodes[1].rounds().rounds().size(), 2U);
 }
 
-// It once threw its map and the estimate of the finished rounds away, and solved the whole mission
-// anew.
+// It discarded its map and the estimate of the finished rounds, and solved the whole mission again.
 TEST(Node, an_anchor_that_follows_itself_goes_on_with_its_map) {
   Fleet fleet(2);
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
@@ -74,22 +73,22 @@ TEST(Node, an_anchor_that_follows_itself_goes_on_with_its_map) {
   const Node& anchor = fleet.nodes[0];
   ASSERT_EQ(anchor.mode(), Mode::kAnchor);
   fleet.run(35.0);
-  ASSERT_NE(anchor.survey(), nullptr);
+  ASSERT_NE(anchor.mapper(), nullptr);
   const auto solved = [&] {
-    return anchor.survey()->work().whole + anchor.survey()->work().rounds;
+    return anchor.mapper()->work().whole + anchor.mapper()->work().rounds;
   };
   const std::size_t before = solved();
   EXPECT_GE(before, 3U);
-  hear_weakly(fleet);
+  receive_weakly(fleet);
   for (int k = 0; k < 300 && anchor.rounds().rounds().size() < 2; ++k) fleet.step(0.1);
   ASSERT_EQ(anchor.rounds().rounds().size(), 2U);
   ASSERT_EQ(anchor.rounds().rounds()[1].anchor, id(0));
-  ASSERT_NE(anchor.survey(), nullptr);
+  ASSERT_NE(anchor.mapper(), nullptr);
   EXPECT_GE(solved(), before) << "it is the same one";
 }
 
-// The next anchor starts from what the last one told. What this one told itself was missing when
-// it became anchor again, and nothing of the other's estimate could be used.
+// The next anchor starts from the last one's messages. An anchor's own messages were missing when
+// it became anchor again, and the other's estimate could not be used.
 TEST(Node, an_anchor_keeps_what_it_tells_of_keyframes) {
   Fleet fleet(2);
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
@@ -99,11 +98,11 @@ TEST(Node, an_anchor_keeps_what_it_tells_of_keyframes) {
   EXPECT_EQ(fleet.nodes[0].map_poses().size(), fleet.nodes[1].map_poses().size());
 }
 
-/// Two vehicles whose first anchor has just heard that the second is the next.
-Fleet handed_over(bool old_is_blind) {
+/// Two vehicles whose first anchor has just received that the second is the next.
+Fleet handed_over(bool old_is_degenerate) {
   Fleet fleet(2);
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
-  if (old_is_blind) fleet.blind.insert(0);
+  if (old_is_degenerate) fleet.degenerate.insert(0);
   fleet.run(5.0);
   RoleMessage commit;
   commit.op = RoleOp::kCommit;
@@ -125,7 +124,7 @@ TEST(Node, an_old_anchor_that_is_blind_holds_until_the_new_one_has_its_ranges) {
   Fleet fleet = handed_over(true);
   fleet.run(4.0);
   EXPECT_EQ(fleet.nodes[0].mode(), Mode::kHolding);
-  for (int k = 0; k < 10; ++k) fleet.give(0, HeardRange{id(1), 2.0});
+  for (int k = 0; k < 10; ++k) fleet.give(0, ReceivedRange{id(1), 2.0});
   fleet.run(0.3);
   EXPECT_EQ(fleet.nodes[0].mode(), Mode::kExploring);
 }
@@ -134,7 +133,7 @@ TEST(Node, a_tag_that_was_never_near_its_anchor_does_not_stop_for_its_weak_radio
   Fleet fleet(2);
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
   for (int k = 0; k < 90; ++k) {
-    fleet.give(1, HeardRadio{id(0), -90.0});
+    fleet.give(1, ReceivedRadio{id(0), -90.0});
     fleet.step(0.1);
   }
   ASSERT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);

@@ -14,17 +14,15 @@ namespace rali::fleet {
 
 /// One vehicle's part in the fleet.
 struct NodeSettings {
-  /// A start pose measured by tape and eye (0.2 m, 3 deg) is enough to set out: who waits to be
-  /// certain never moves, and without motion nothing becomes more certain. Each estimate begins
-  /// anew.
-  ///
-  /// And a mission is long: what is solved anew is the round.
+  /// A start pose measured by tape and eye (0.2 m, 3 deg) is sufficient to start driving: without
+  /// motion the uncertainty never shrinks, so a higher threshold would block the mission. Each
+  /// estimate starts from scratch. A mission is long, so only the current round is solved anew.
   NodeSettings() {
     fleet.init.commit.information_min = 0.05;
     fleet.solve = SolveWhat::kRounds;
   }
 
-  /// What is given for maps made afterwards, but for what a mission needs otherwise.
+  /// Takes the settings given for offline maps, except those that a mission must override.
   void take(const FleetSettings& given) {
     const FleetSettings own = std::exchange(fleet, given);
     fleet.init.commit.information_min = own.init.commit.information_min;
@@ -33,7 +31,7 @@ struct NodeSettings {
 
   double status_s = 1.0;
   double estimate_s = 10.0;
-  double estimate_share = 0.1;
+  double estimate_fraction = 0.1;
   double look_s = 2.0;
   double moved_m = 0.02;
   double rest_s = 1.0;
@@ -55,7 +53,7 @@ struct NodeSettings {
   void visit(V& v) {
     v("status_s", status_s, 0.1, 60.0, "between two statuses [s]");
     v("estimate_s", estimate_s, 1.0, 600.0, "least time between estimates of the anchor [s]");
-    v("estimate_fraction", estimate_share, 0.0, 1.0,
+    v("estimate_fraction", estimate_fraction, 0.0, 1.0,
       "likewise, as a fraction of the mission's age");
     v("frontier_period_s", look_s, 0.5, 60.0, "time between two searches for frontiers [s]");
     v("shift_m", moved_m, 0.0, 10.0, "keyframes with a larger correction are sent again [m]");

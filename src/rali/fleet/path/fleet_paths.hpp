@@ -7,10 +7,10 @@
 
 namespace rali::fleet {
 
-/// The paths of all vehicles, gathered from their facts in whatever order these come.
+/// The paths of all vehicles, built from their facts in any order.
 class FleetPaths {
  public:
-  /// Facts of which there is more than one of the same key are to be sorted out before.
+  /// Duplicates of a fact with the same key must be removed before.
   void add(const FactKey& key, Time t, const FactBody& body);
 
   /// Those that have a node, by vehicle and epoch.
@@ -19,11 +19,11 @@ class FleetPaths {
   /// The path of a vehicle's last epoch; null while it has no node.
   [[nodiscard]] const VehiclePath* last_of(VehicleId vehicle) const;
 
-  /// Points of keyframes before these nodes, one for each path, are not needed any more.
+  /// Frees the points of keyframes before these nodes, one for each path.
   void forget_points_before(std::span<const std::size_t> nodes);
 
  private:
-  std::vector<VehiclePath> paths_, waiting_;  ///< those that wait have no node yet
+  std::vector<VehiclePath> paths_, waiting_;  ///< waiting_: those without a node yet
 };
 
 }  // namespace rali::fleet

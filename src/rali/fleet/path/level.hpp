@@ -4,8 +4,8 @@
 
 namespace rali::fleet {
 
-/// The frame that start poses are measured in: at a body's first pose, z against gravity, x where
-/// the body heads. @param up_odom unit vector against gravity
+/// The frame in which start poses are measured: at a body's first pose, z against gravity, x along
+/// the heading of the body. @param up_odom unit vector against gravity
 [[nodiscard]] geometry::SE3 level_start(const geometry::SE3& T_odom_first,
                                         const geometry::Vec3& up_odom);
 

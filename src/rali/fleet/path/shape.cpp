@@ -20,37 +20,38 @@ Mat6 inverse_squares(double sigma_rad, double sigma_m) {
   return information;
 }
 
-Mat3 share_of(const Mat3& information, const Mat3& weak) {
+Mat3 fraction_of(const Mat3& information, const Mat3& weak) {
   return (information + weak).partialPivLu().solve(information);
 }
 
 }  // namespace
 
-/// Where the scan leaves a shift open, the turn is known but for what goes with that shift: a bent
-/// passage fits as well further on, turned by its bend. A step that becomes longer turns with it,
-/// and a gyroscope that measures the turn measures the distance. Else shift and turn are apart.
-Mat6 known_share(const Mat6& lidar_information, const ShapeSettings& s) {
+/// Where the scan leaves a translation unconstrained, the rotation is known except for the part
+/// coupled to it: a scan also fits further along a bent passage, rotated by its bend. A longer step
+/// also rotates more, so a gyroscope that measures the rotation measures the distance. Else
+/// translation and rotation are independent.
+Mat6 known_fraction(const Mat6& lidar_information, const ShapeSettings& s) {
   const Mat3 weak_turn = Mat3::Identity() / (s.known_rad * s.known_rad);
   const Mat3 weak_shift = Mat3::Identity() / (s.known_m * s.known_m);
   const Mat3 turn = lidar_information.topLeftCorner<3, 3>();
   const Mat3 shift = lidar_information.bottomRightCorner<3, 3>();
   const Mat3 both = lidar_information.topRightCorner<3, 3>();
   const Mat3 turn_inverse = (turn + weak_turn).inverse();
-  Mat6 share = Mat6::Zero();
-  share.topLeftCorner<3, 3>() =
-      share_of(turn - both * (shift + weak_shift).inverse() * both.transpose(), weak_turn);
-  share.bottomRightCorner<3, 3>() =
-      share_of(shift - both.transpose() * turn_inverse * both, weak_shift);
-  const Mat3 open = Mat3::Identity() - share.bottomRightCorner<3, 3>();
-  share.topRightCorner<3, 3>() = share.topLeftCorner<3, 3>() * turn_inverse * both * open;
-  return share;
+  Mat6 fraction = Mat6::Zero();
+  fraction.topLeftCorner<3, 3>() =
+      fraction_of(turn - both * (shift + weak_shift).inverse() * both.transpose(), weak_turn);
+  fraction.bottomRightCorner<3, 3>() =
+      fraction_of(shift - both.transpose() * turn_inverse * both, weak_shift);
+  const Mat3 open = Mat3::Identity() - fraction.bottomRightCorner<3, 3>();
+  fraction.topRightCorner<3, 3>() = fraction.topLeftCorner<3, 3>() * turn_inverse * both * open;
+  return fraction;
 }
 
 Mat6 shape_information(const Mat6& lidar_information, const geometry::SE3& T_odom_before,
                        const ShapeSettings& s, double unseen_m2) {
-  const Mat6 share = known_share(lidar_information, s);
+  const Mat6 fraction = known_fraction(lidar_information, s);
   const double turn_rad = std::hypot(s.shape_rad, s.bend_radpm * std::sqrt(unseen_m2));
-  const Mat6 I = share.transpose() * inverse_squares(turn_rad, s.shape_m) * share;
+  const Mat6 I = fraction.transpose() * inverse_squares(turn_rad, s.shape_m) * fraction;
   Mat6 G = Mat6::Identity();
   G.block<3, 3>(3, 3) = T_odom_before.R;
   const Mat6 turned = G.transpose() * I * G;
@@ -79,12 +80,12 @@ void loosen_gap(Mat6& shape, const ShapeSettings& s) {
 void tie_by_filter(Mat6& shape, const Mat6& covariance_before, const Mat6& covariance,
                    const ShapeSettings& s) {
   const Mat6 grown = covariance - covariance_before;
-  const auto most = [](const Mat3& block) {
+  const auto maximum = [](const Mat3& block) {
     return std::sqrt(std::max(
         0.0, Eigen::SelfAdjointEigenSolver<Mat3>(block, Eigen::EigenvaluesOnly).eigenvalues()[2]));
   };
-  shape += inverse_squares(std::max(s.loose_rad, most(grown.topLeftCorner<3, 3>())),
-                           std::max(s.loose_m, most(grown.bottomRightCorner<3, 3>())));
+  shape += inverse_squares(std::max(s.loose_rad, maximum(grown.topLeftCorner<3, 3>())),
+                           std::max(s.loose_m, maximum(grown.bottomRightCorner<3, 3>())));
 }
 
 }  // namespace rali::fleet

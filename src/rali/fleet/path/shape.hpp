@@ -5,15 +5,15 @@
 
 namespace rali::fleet {
 
-/// How the path of a vehicle ties its nodes together. Where the LiDAR knows, the shape of the
-/// filter's path is kept: it was registered against the whole map, which no chain of relative poses
-/// can do better. Along blind directions it says nothing.
+/// Constraints between successive nodes of a vehicle's path. In observable directions the shape of
+/// the filter's path is kept: it was registered against the whole map, which a chain of relative
+/// poses cannot improve. In degenerate directions it gives no constraint.
 struct ShapeSettings {
   double known_m = 0.3;
   double known_rad = 0.05;
   double shape_m = 0.002;
   double shape_rad = 2e-4;
-  double bend_radpm = 3e-4;  ///< of one place: scans of it share the planes of the map
+  double bend_radpm = 3e-4;  ///< of one place: its scans share the planes of the map
   double gap_m = 0.3;
   double loose_m = 0.01;
   double loose_rad = 1e-3;
@@ -33,32 +33,33 @@ struct ShapeSettings {
   }
 };
 
-/// The share of a step that the LiDAR knows: 1 where it tells much, 0 where it tells nothing.
+/// The observable fraction of a step: 1 where the LiDAR information is high, 0 where it is none.
 /// @param lidar_information boxplus order, in odom
-[[nodiscard]] geometry::Mat6 known_share(const geometry::Mat6& lidar_information,
-                                         const ShapeSettings& settings);
+[[nodiscard]] geometry::Mat6 known_fraction(const geometry::Mat6& lidar_information,
+                                            const ShapeSettings& settings);
 
-/// How stiff a step of the path is: as the filter went where the LiDAR knows, free where it is
-/// blind. Rotation, then position in the body before (graph::RelativePoseFactor).
-/// @param unseen_m2 variance of the position that the step has added without seeing it: by so much
-/// the bend, which is not known exactly, may turn it otherwise. What is wrong of the bend is wrong
-/// in all steps of a passage, so that variances of steps add up to that of the passage.
+/// Stiffness of a step of the path: the filter's step in observable directions, free in degenerate
+/// ones. Rotation, then position in the body before (graph::RelativePoseFactor).
+/// @param unseen_m2 position variance that the step has added in degenerate directions. The bend
+/// there is uncertain and may rotate the step accordingly. The bend error is common to all steps of
+/// a passage, so that variances of steps add up to that of the passage.
 [[nodiscard]] geometry::Mat6 shape_information(const geometry::Mat6& lidar_information,
                                                const geometry::SE3& T_odom_before,
                                                const ShapeSettings& settings,
                                                double unseen_m2 = 0.0);
 
-/// Of a step between two nodes of a filter's path, by their covariances (boxplus).
+/// Added position variance of a step between two nodes of a filter's path, by their covariances
+/// (boxplus).
 [[nodiscard]] double unseen_variance_m2(const geometry::Mat6& covariance_before,
                                         const geometry::Mat6& covariance);
 
-/// Whether the shape leaves a direction, or a turn, of a step open.
+/// Whether the shape leaves a direction or a rotation of a step unconstrained.
 [[nodiscard]] bool is_loose(const geometry::Mat6& lidar_information, const ShapeSettings& settings);
 
-/// Adds what the filter's step is worth where neither LiDAR nor inertial data bridge a gap.
+/// Adds the information of the filter's step where neither LiDAR nor inertial data bridge a gap.
 void loosen_gap(geometry::Mat6& shape, const ShapeSettings& settings);
 
-/// Adds what the filter's step is worth by what its covariance has grown.
+/// Adds the information of the filter's step by the growth of its covariance.
 void tie_by_filter(geometry::Mat6& shape, const geometry::Mat6& covariance_before,
                    const geometry::Mat6& covariance, const ShapeSettings& settings);
 

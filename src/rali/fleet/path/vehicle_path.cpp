@@ -11,15 +11,15 @@ using geometry::Vec3;
 
 namespace {
 
-/// The pose a share of the way from a to b, on the arc that turns and moves evenly. The left
-/// Jacobian of a turn is the right one of the turn back.
-SE3 on_arc(const SE3& a, const SE3& b, double share) {
+/// The pose at a fraction of the step from a to b, on the arc of constant twist. The left Jacobian
+/// of a rotation is the right one of the inverse rotation.
+SE3 on_arc(const SE3& a, const SE3& b, double fraction) {
   const SE3 step = a.inverse() * b;
   const Vec3 turn = geometry::so3_log(step.R);
   const Vec3 speed = geometry::so3_right_jacobian_inverse(-turn) * step.p;
   SE3 part;
-  part.R = geometry::so3_exp(share * turn);
-  part.p = geometry::so3_right_jacobian(-share * turn) * (share * speed);
+  part.R = geometry::so3_exp(fraction * turn);
+  part.p = geometry::so3_right_jacobian(-fraction * turn) * (fraction * speed);
   return a * part;
 }
 
@@ -108,10 +108,10 @@ bool VehiclePath::levelled() const {
   });
 }
 
-double VehiclePath::blind_m() const {
+double VehiclePath::degenerate_m() const {
   double sum_m = 0.0;
   for (std::size_t k = 1; k < nodes_.size(); ++k) {
-    if (!nodes_[k].step.blind || !ties_to_before(k)) continue;
+    if (!nodes_[k].step.degenerate || !ties_to_before(k)) continue;
     sum_m += (nodes_[k].step.T_odom_body.p - nodes_[k - 1].step.T_odom_body.p).norm();
   }
   return sum_m;

@@ -9,15 +9,14 @@
 
 namespace rali::fleet {
 
-/// A place on the path between two nodes: where a vehicle was at some time.
+/// A pose on the path between two nodes: that of a vehicle at some time.
 struct PathPlace {
   std::size_t node = 0;       ///< index in nodes(); the last one not after the time
-  double alpha = 0.0;         ///< of the way in time to the next node; 0 on or beyond the last
+  double alpha = 0.0;         ///< fraction of the time to the next node; 0 on or beyond the last
   geometry::SE3 T_odom_body;  ///< the body at the time, on an arc of constant twist
 };
 
-/// What is known of one vehicle's path in one odom frame, gathered from its facts in whatever order
-/// they come.
+/// One vehicle's path in one odom frame, built from its facts in any order.
 class VehiclePath {
  public:
   struct Node {
@@ -55,26 +54,26 @@ class VehiclePath {
   /// Nothing outside the path's time, or where a new map begins between the nodes.
   [[nodiscard]] std::optional<PathPlace> at(Time t) const;
 
-  /// By time, as this vehicle saw them.
+  /// By time, as recorded by this vehicle.
   [[nodiscard]] const std::vector<RangeEntry>& ranges() const { return ranges_; }
 
   /// By keyframe.
   [[nodiscard]] const std::map<std::uint32_t, KeyframePoints>& points() const { return points_; }
 
-  /// Points of keyframes before this node are not needed any more.
+  /// Frees the points of keyframes before this node.
   void forget_points_before(std::size_t node);
 
-  /// Unit vector against gravity in odom, as last told.
+  /// Unit vector against gravity in odom, by the newest levelled node.
   [[nodiscard]] geometry::Vec3 up_odom() const;
 
-  /// Whether inertial data have told of gravity.
+  /// Whether gravity has been estimated from inertial data.
   [[nodiscard]] bool levelled() const;
 
-  /// What up is as long as no inertial data tell; z of odom unless set. @param up unit
+  /// Up direction used until inertial data determine it; z of odom unless set. @param up unit
   void set_up_odom(const geometry::Vec3& up) { up_unlevelled_ = up; }
 
-  /// Way driven blind [m].
-  [[nodiscard]] double blind_m() const;
+  /// Distance travelled in degenerate stretches [m].
+  [[nodiscard]] double degenerate_m() const;
 
  private:
   /// The first node not before this number.

@@ -60,7 +60,7 @@ TEST(VehiclePath, a_missing_node_cuts_the_inertial_chain_but_not_the_path) {
 }
 
 TEST(VehiclePath, lies_on_the_arc_between_two_nodes) {
-  // A quarter turn to the left with radius 1 m: half way it is at 45 deg.
+  // A quarter turn to the left with radius 1 m: halfway it is at 45 deg.
   VehiclePath path(VehicleId{1});
   path.add(Time::from_s(0), node(0, Vec3::Zero()));
   path.add(Time::from_s(1), node(1, {1.0, 1.0, 0.0}, std::numbers::pi / 2));
@@ -95,12 +95,12 @@ TEST(Shape, is_free_along_the_direction_the_lidar_does_not_see) {
   EXPECT_NEAR(I(3, 3), 1.0 / (s.shape_m * s.shape_m), 1.0);
 }
 
-// A bent tunnel fits as well further on, turned by its bend: a path of which a step becomes longer
-// must turn with it, or it leaves the tunnel.
+// A scan also fits further along a bent tunnel, rotated by its bend: a longer step of the path must
+// rotate with it, or the path leaves the tunnel.
 TEST(Shape, a_shift_that_is_open_turns_the_step_by_the_bend) {
   const ShapeSettings s;
   geometry::Vec6 open;
-  open << 0.0, 0.0, 1e-3, 1.0, 0.0, 0.0;  // a metre along x goes with a milliradian of yaw
+  open << 0.0, 0.0, 1e-3, 1.0, 0.0, 0.0;  // a metre along x is coupled with a milliradian of yaw
   const Mat6 full = 1e8 * Mat6::Identity();
   const geometry::Vec6 along = full * open;
   const Mat6 seen = full - along * along.transpose() / open.dot(along);

@@ -12,10 +12,10 @@ void RoleStepper::stand_for(std::uint64_t term, bool renews) {
   state().durable.granted_to = state().self;
   state().durable.anchor.reset();
   step_.save = true;
-  if (state().seal_heard || state().mode == RoleMode::kSealed) state().followed.reset();
+  if (state().seal_received || state().mode == RoleMode::kSealed) state().followed.reset();
   state().mode = RoleMode::kCandidate;
   state().renews = renews;
-  state().seal_heard = false;
+  state().seal_received = false;
   state().promise_until = now_ + promise();
   state().candidate_until = now_ + lease() + lease();
   reset_peers();
@@ -33,7 +33,7 @@ void RoleStepper::commit_if_majority() {
   step_.save = true;
   state().renews = false;
   state().orphan = false;
-  state().seal_heard = false;
+  state().seal_received = false;
   state().attempts = 0;
   state().followed = state().self;
   state().stands_for.reset();
@@ -49,8 +49,8 @@ void RoleStepper::commit_if_majority() {
   state().next_send = now_ + Duration::from_s(settings_.heartbeat_s);
 }
 
-/// The lease lasts L from the youngest message that a majority, itself included, has answered:
-/// each of them has promised at or after it was sent.
+/// The lease lasts L from the newest message that a majority, itself included, has answered: each
+/// of them made its promise at or after the sending time.
 void RoleStepper::renew_lease() {
   std::vector<Time> echoes = {now_};
   for (const RolePeer& p : state().peers) {
@@ -62,7 +62,7 @@ void RoleStepper::renew_lease() {
 }
 
 void RoleStepper::reset_peers() {
-  // Who has finished stays so while the same anchor only takes a new term.
+  // Finished tags stay finished while the same anchor only takes a new term.
   const std::vector<RolePeer> before = std::move(state().peers);
   state().peers.clear();
   for (const VehicleId vehicle : state().durable.fleet) {
@@ -97,11 +97,11 @@ void RoleStepper::step_down() {
   act(RoleActionKind::kOrphaned, state().self);
   state().mode = RoleMode::kTag;
   state().orphan = true;
-  // Its last promise to itself: it may stand for election again like any other.
+  // Its last promise to itself expires: it may become candidate again like any other.
   wait_for_anchor();
 }
 
-/// Names the best that was not named yet; after the last one itself, which needs no transfer.
+/// Names the best candidate not named yet; after the last one itself, which needs no transfer.
 void RoleStepper::name_next() {
   state().named.reset();
   for (const VehicleId v : state().choice) {
@@ -119,7 +119,7 @@ void RoleStepper::name_next() {
   }
   state().named.reset();
   if (stands() && state().durable.confirmed) return stand_for(state().handover_term, false);
-  // Driven away while sealed: whoever hears nothing now takes over.
+  // Moved while sealed: a vehicle that receives no anchor messages takes over.
   state().mode = RoleMode::kTag;
   state().orphan = true;
   act(RoleActionKind::kOrphaned, state().self);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Vehicles whose role machines talk over a bad radio, for the tests of this folder.
+// Vehicles whose role machines communicate over an unreliable radio, for the tests of this folder.
 
 #include <algorithm>
 #include <cstdint>
@@ -33,7 +33,7 @@ inline DurableRole durable_of(int n, std::uint64_t term = 0) {
 
 struct Radio {
   double loss = 0.0;
-  double repeat = 0.0;       ///< share of messages that come twice
+  double repeat = 0.0;       ///< fraction of messages that arrive twice
   double delay_max_s = 0.0;  ///< uniform
 };
 
@@ -107,7 +107,7 @@ class RoleFleetSim {
     check();
   }
 
-  /// One step of true time: all messages that are due, then everyone's tick.
+  /// One step of true time: all messages that are due, then every vehicle's tick.
   void advance(double dt_s) {
     now_s_ += dt_s;
     std::sort(air_.begin(), air_.end(), [](const Flight& a, const Flight& b) {
@@ -118,7 +118,7 @@ class RoleFleetSim {
     while (k < air_.size() && air_[k].at_s <= now_s_) due.push_back(air_[k++]);
     air_.erase(air_.begin(), air_.begin() + static_cast<std::ptrdiff_t>(k));
     for (const Flight& f : due) {
-      if (linked(f.from, f.to)) give(f.to, RoleHeard{id(f.from), f.message});
+      if (linked(f.from, f.to)) give(f.to, RoleReceived{id(f.from), f.message});
     }
     for (int v = 0; v < size(); ++v) {
       for (int w = 0; w < size(); ++w) {

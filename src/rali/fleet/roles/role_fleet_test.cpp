@@ -1,4 +1,4 @@
-// Several machines together, tables, and messages that should not be.
+// Several machines together, tables, and invalid messages.
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ using test::Vehicle;
 
 TEST(RoleFleet, the_survivor_of_two_waits_for_the_operators_word) {
   Vehicle v(0, durable_of(2));
-  v.hear(0.0, 1, RoleOp::kCommit, 1);
+  v.receive(0.0, 1, RoleOp::kCommit, 1);
   EXPECT_TRUE(has(v.give(1.0, RoleFleet{{id(0)}}), RoleActionKind::kRefused)) << "v1 may act";
   for (double t = 6.0; t < 60.0; t += 1.0) v.tick(t);
   EXPECT_NE(v.state.mode, RoleMode::kAnchor);
@@ -39,15 +39,15 @@ TEST(RoleTable, is_taken_from_the_anchor_of_the_term_and_never_older) {
   EXPECT_FALSE(accept_table(v.state, id(0), 1, 2));
   EXPECT_FALSE(accept_table(v.state, id(2), 1, 9));
   EXPECT_FALSE(accept_table(v.state, id(0), 2, 9));
-  v.hear(1.0, 2, RoleOp::kCommit, 2);
+  v.receive(1.0, 2, RoleOp::kCommit, 2);
   EXPECT_TRUE(accept_table(v.state, id(2), 2, 0));
 }
 
 TEST(RoleMessages, of_lower_terms_are_told_the_own_term) {
   Vehicle v(1);
-  v.hear(0.0, 0, RoleOp::kCommit, 7);
+  v.receive(0.0, 0, RoleOp::kCommit, 7);
   for (const RoleOp op : {RoleOp::kHeartbeat, RoleOp::kCommit, RoleOp::kPropose}) {
-    const RoleStep step = v.hear(1.0, 2, op, 6, 2);
+    const RoleStep step = v.receive(1.0, 2, op, 6, 2);
     ASSERT_EQ(ops(step), Ops{RoleOp::kRefuse});
     EXPECT_EQ(step.messages[0].message.term, 7U);
     EXPECT_EQ(step.messages[0].message.candidate, id(2));
@@ -61,9 +61,9 @@ TEST(RoleMessages, that_are_rubbish_change_nothing) {
   for (const RoleOp op : {RoleOp::kHeartbeat, RoleOp::kAck, RoleOp::kFinished, RoleOp::kSeal,
                           RoleOp::kHandover, RoleOp::kPropose, RoleOp::kGrant, RoleOp::kRefuse,
                           RoleOp::kCommit, static_cast<RoleOp>(0), static_cast<RoleOp>(200)}) {
-    EXPECT_TRUE(v.hear(1.0, 2, op, huge, 1).messages.empty());
-    EXPECT_TRUE(v.hear(1.0, 99, op, 5, 1).messages.empty()) << "nobody of the fleet";
-    EXPECT_TRUE(v.hear(1.0, 1, op, 5, 1).messages.empty()) << "its own echo";
+    EXPECT_TRUE(v.receive(1.0, 2, op, huge, 1).messages.empty());
+    EXPECT_TRUE(v.receive(1.0, 99, op, 5, 1).messages.empty()) << "nobody of the fleet";
+    EXPECT_TRUE(v.receive(1.0, 1, op, 5, 1).messages.empty()) << "its own echo";
   }
   EXPECT_EQ(v.state.durable, before.durable);
   EXPECT_EQ(v.state.promise_until, before.promise_until);
@@ -71,7 +71,7 @@ TEST(RoleMessages, that_are_rubbish_change_nothing) {
 
 TEST(RoleMessages, of_two_anchors_in_one_term_are_reported) {
   Vehicle v = tag_of_three();
-  EXPECT_TRUE(has(v.hear(1.0, 2, RoleOp::kHeartbeat, 1), RoleActionKind::kConflict));
+  EXPECT_TRUE(has(v.receive(1.0, 2, RoleOp::kHeartbeat, 1), RoleActionKind::kConflict));
   EXPECT_EQ(v.state.durable.anchor, std::optional(id(0)));
 }
 

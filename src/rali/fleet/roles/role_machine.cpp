@@ -27,11 +27,11 @@ void RoleStepper::tick_tag() {
     state().stands_for.reset();
     act(RoleActionKind::kMayLeave, state().self);
   }
-  if (!state().orphan && !state().seal_heard && now_ >= state().promise_until) {
+  if (!state().orphan && !state().seal_received && now_ >= state().promise_until) {
     state().orphan = true;
     act(RoleActionKind::kOrphaned, state().self);
   }
-  const bool promised = now_ < state().promise_until && !state().seal_heard;
+  const bool promised = now_ < state().promise_until && !state().seal_received;
   if (now_ >= state().takeover_at && !promised && may_stand_for_election()) {
     stand_for(state().durable.term + 1, false);
   }
@@ -73,14 +73,14 @@ void RoleStepper::tick_sealed() {
 }
 
 void RoleStepper::on(const RoleLink& event) {
-  if (in_fleet(event.from) && event.from != state().self) state().link_heard = now_;
+  if (in_fleet(event.from) && event.from != state().self) state().link_received = now_;
 }
 
 void RoleStepper::on(const RoleSelf& event) {
   state().standing_since = event.standing_since;
   state().eligible = event.eligible;
   const bool moves = !event.standing_since;
-  // Pushed, or driven by hand: what it measured as a reference is good up to here only.
+  // Pushed, or driven by hand: its measurements as a reference are valid only up to here.
   if (moves && state().mode == RoleMode::kAnchor) return seal();
   if (moves && state().mode == RoleMode::kCandidate) {
     state().mode = RoleMode::kTag;
@@ -103,7 +103,7 @@ void RoleStepper::on(const RoleFinished& event) {
 }
 
 void RoleStepper::on(const RoleClaim&) {
-  const bool promised = now_ < state().promise_until && !state().seal_heard;
+  const bool promised = now_ < state().promise_until && !state().seal_received;
   if (state().mode == RoleMode::kTag && !promised && stands() && in_fleet(state().self) &&
       state().durable.confirmed && state().eligible) {
     return stand_for(state().durable.term + 1, false);
@@ -126,7 +126,7 @@ void RoleStepper::on(const RoleFleet& event) {
   std::sort(fleet.begin(), fleet.end());
   fleet.erase(std::unique(fleet.begin(), fleet.end()), fleet.end());
   const bool has_self = std::binary_search(fleet.begin(), fleet.end(), state().self);
-  // The vote that comes with the change must not break a promise to an anchor that still acts.
+  // The vote cast with the change must not break a promise to an anchor that still acts.
   const bool promised = state().mode == RoleMode::kTag && now_ < state().promise_until;
   const bool able = has_self && stands() && state().durable.confirmed && !promised;
   if (!able || fleet == state().durable.fleet) {
@@ -163,15 +163,15 @@ bool RoleStepper::may_stand_for_election() const {
   if (!stands() || !state().eligible) return false;
   if (!state().durable.confirmed || !in_fleet(state().self)) return false;
   if (quorum() == 1) return true;
-  // Without any link the vote is lost for sure and would only raise the term.
-  return state().link_heard && now_ - *state().link_heard <= lease() + lease();
+  // Without any link the election would be lost and only raise the term.
+  return state().link_received && now_ - *state().link_received <= lease() + lease();
 }
 
 bool RoleStepper::all_finished() const {
   bool any = false;
   for (const RolePeer& p : state().peers) {
-    // Whoever does not answer is gone: the round ends without him (middleware 4.4).
-    const bool present = p.echoed && now_ - p.heard <= lease();
+    // A vehicle that does not answer is gone: the round ends without it (middleware 4.4).
+    const bool present = p.echoed && now_ - p.received <= lease();
     if (present && p.finished == FinishReason::kNone) return false;
     any = any || present;
   }
@@ -207,7 +207,7 @@ bool may_publish(const RoleState& state, Time now) {
 }
 
 bool must_stand(const RoleState& state) {
-  return state.mode != RoleMode::kTag || state.orphan || state.seal_heard ||
+  return state.mode != RoleMode::kTag || state.orphan || state.seal_received ||
          state.finished != FinishReason::kNone || state.stands_for.has_value();
 }
 

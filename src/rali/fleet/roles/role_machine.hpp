@@ -4,20 +4,20 @@
 
 namespace rali::fleet {
 
-/// State at the start of the program, with what the disk holds. Promises of the time before are
-/// not on disk, so it is silent about votes for as long as one could last, except in term 0, when
-/// there was none. An unreadable disk is `durable.confirmed = false`.
+/// State at the start of the program, from the contents of the disk. Earlier promises are not on
+/// disk, so it grants no vote for as long as one could last. Term 0 is exempt, because no promise
+/// existed. An unreadable disk is `durable.confirmed = false`.
 [[nodiscard]] RoleState start_role(VehicleId self, DurableRole durable,
                                    const RoleSettings& settings, Time now);
 
-/// The role machine: who is anchor (algorithms_fleet 10.5, middleware 4.3). A pure function: same
-/// arguments, same result; `now` is the vehicle's own clock, of which only the rate is trusted.
-/// If `save` is set, the caller syncs `state.durable` before it sends the messages.
+/// The role machine: selects the anchor (algorithms_fleet 10.5, middleware 4.3). A pure function:
+/// same arguments, same result; `now` is the vehicle's own clock, of which only the rate is
+/// trusted. If `save` is set, the caller syncs `state.durable` before it sends the messages.
 ///
-/// Holds for any loss, delay, repetition and order of messages, and restarts at any point:
+/// Invariants for any loss, delay, repetition and order of messages, and restarts at any point:
 /// I1 at most one committed anchor per term, and at one time at most one that acts (may_publish);
-/// I2 terms of a vehicle never fall; I3 only a committed anchor acts in its term; I6 an anchor
-/// stands from commit to seal; I7 a vehicle follows the highest committed term it has heard.
+/// I2 terms of a vehicle never decrease; I3 only a committed anchor acts in its term; I6 an anchor
+/// is at standstill from commit to seal; I7 a vehicle follows the highest committed term received.
 [[nodiscard]] RoleStep role_step(const RoleState& state, const RoleSettings& settings,
                                  const RoleEvent& event, Time now);
 
@@ -25,11 +25,11 @@ namespace rali::fleet {
 [[nodiscard]] bool may_publish(const RoleState& state, Time now);
 
 /// The vehicle must not move now: anchor, about to become one, or without any; or an old anchor
-/// that the new one still needs; or a tag that has finished. A tag on its way ends its move first.
+/// that the new one still needs; or a tag that has finished. A moving tag completes its move first.
 [[nodiscard]] bool must_stand(const RoleState& state);
 
-/// I4: whether a part of a table of (term, revision) from this vehicle is to be taken; notes it.
-/// Refuses what is older than the last one taken and what is not from the anchor of the term.
+/// I4: whether a part of a table of (term, revision) from this vehicle is accepted; records it.
+/// Refuses tables older than the last accepted one and those not from the anchor of the term.
 [[nodiscard]] bool accept_table(RoleState& state, VehicleId from, std::uint64_t term,
                                 std::uint32_t revision);
 

@@ -24,12 +24,12 @@ TEST(RoleTag, answers_a_heartbeat_with_both_stamps_and_promises) {
   RoleMessage beat;
   beat.op = RoleOp::kHeartbeat;
   beat.term = 1;
-  beat.t_send = at(777.0);  // of another clock
-  const RoleStep step = v.give(2.0, RoleHeard{id(0), beat});
+  beat.t_send = at(777.0);  // of another vehicle's clock
+  const RoleStep step = v.give(2.0, RoleReceived{id(0), beat});
   ASSERT_EQ(ops(step), Ops{RoleOp::kAck});
   EXPECT_EQ(step.messages[0].to, std::optional(id(0)));
   EXPECT_EQ(step.messages[0].message.t_echo, at(777.0));
-  EXPECT_EQ(step.messages[0].message.t_heard, at(2.0));
+  EXPECT_EQ(step.messages[0].message.t_received, at(2.0));
   EXPECT_EQ(v.state.promise_until, at(2.0) + Duration::from_s(kPromise_s));
   EXPECT_FALSE(must_stand(v.state));
 }
@@ -40,12 +40,12 @@ TEST(RoleTag, tells_its_finish_at_once_and_with_every_heartbeat_until_it_clears)
   ASSERT_EQ(ops(step), Ops{RoleOp::kFinished});
   EXPECT_EQ(step.messages[0].message.reason, FinishReason::kExplored);
   EXPECT_TRUE(must_stand(v.state));
-  step = v.hear(2.0, 0, RoleOp::kHeartbeat, 1);
+  step = v.receive(2.0, 0, RoleOp::kHeartbeat, 1);
   EXPECT_EQ(ops(step), (Ops{RoleOp::kAck, RoleOp::kFinished}));
   step = v.give(3.0, RoleFinished{FinishReason::kNone});
   ASSERT_EQ(ops(step), Ops{RoleOp::kFinished});
   EXPECT_EQ(step.messages[0].message.reason, FinishReason::kNone);
-  EXPECT_EQ(ops(v.hear(4.0, 0, RoleOp::kHeartbeat, 1)), Ops{RoleOp::kAck});
+  EXPECT_EQ(ops(v.receive(4.0, 0, RoleOp::kHeartbeat, 1)), Ops{RoleOp::kAck});
 }
 
 TEST(RoleTag, is_an_orphan_when_the_lease_is_over_and_takes_over_after_two_if_it_stands) {
@@ -79,12 +79,12 @@ TEST(RoleTag, without_any_link_does_not_raise_the_term) {
 TEST(RoleTag, becomes_candidate_when_named_and_only_when_it_has_stood) {
   Vehicle v = tag_of_three();
   v.give(1.0, RoleSelf{at(0.0), 0});
-  v.hear(1.0, 0, RoleOp::kSeal, 1);
+  v.receive(1.0, 0, RoleOp::kSeal, 1);
   EXPECT_TRUE(must_stand(v.state));
-  v.hear(2.0, 0, RoleOp::kHandover, 2, 1);
+  v.receive(2.0, 0, RoleOp::kHandover, 2, 1);
   EXPECT_EQ(v.state.mode, RoleMode::kTag) << "has stood for 2 s only";
-  v.hear(2.5, 0, RoleOp::kHandover, 2, 2);
-  const RoleStep step = v.hear(3.0, 0, RoleOp::kHandover, 2, 1);
+  v.receive(2.5, 0, RoleOp::kHandover, 2, 2);
+  const RoleStep step = v.receive(3.0, 0, RoleOp::kHandover, 2, 1);
   EXPECT_EQ(v.state.mode, RoleMode::kCandidate);
   EXPECT_EQ(v.state.durable.term, 2U);
   EXPECT_EQ(ops(step), Ops{RoleOp::kPropose});
@@ -92,67 +92,67 @@ TEST(RoleTag, becomes_candidate_when_named_and_only_when_it_has_stood) {
 
 TEST(RoleTag, does_not_take_a_handover_of_an_old_anchor_while_another_acts) {
   Vehicle v(1);
-  v.hear(0.0, 2, RoleOp::kCommit, 2);
-  v.hear(1.0, 0, RoleOp::kHandover, 3, 1);
+  v.receive(0.0, 2, RoleOp::kCommit, 2);
+  v.receive(1.0, 0, RoleOp::kHandover, 3, 1);
   EXPECT_EQ(v.state.mode, RoleMode::kTag) << "v2 acts until 5.2 s at least";
-  v.hear(5.3, 0, RoleOp::kHandover, 3, 1);
+  v.receive(5.3, 0, RoleOp::kHandover, 3, 1);
   EXPECT_EQ(v.state.mode, RoleMode::kCandidate);
 }
 
 TEST(RoleVote, is_given_once_per_term_after_the_seal_or_the_promise) {
   Vehicle v = tag_of_three();
-  EXPECT_EQ(ops(v.hear(1.0, 2, RoleOp::kPropose, 2, 2)), Ops{RoleOp::kRefuse});
+  EXPECT_EQ(ops(v.receive(1.0, 2, RoleOp::kPropose, 2, 2)), Ops{RoleOp::kRefuse});
   EXPECT_EQ(v.state.durable.term, 1U);
-  v.hear(2.0, 0, RoleOp::kSeal, 1);
-  const RoleStep step = v.hear(2.1, 2, RoleOp::kPropose, 2, 2);
+  v.receive(2.0, 0, RoleOp::kSeal, 1);
+  const RoleStep step = v.receive(2.1, 2, RoleOp::kPropose, 2, 2);
   ASSERT_EQ(ops(step), Ops{RoleOp::kGrant});
   EXPECT_TRUE(step.save) << "on disk before it leaves";
   EXPECT_EQ(v.state.durable.granted_to, std::optional(id(2)));
-  EXPECT_EQ(ops(v.hear(2.2, 0, RoleOp::kPropose, 2, 0)), Ops{RoleOp::kRefuse});
-  EXPECT_EQ(ops(v.hear(2.3, 2, RoleOp::kPropose, 2, 2)), Ops{RoleOp::kGrant})
+  EXPECT_EQ(ops(v.receive(2.2, 0, RoleOp::kPropose, 2, 0)), Ops{RoleOp::kRefuse});
+  EXPECT_EQ(ops(v.receive(2.3, 2, RoleOp::kPropose, 2, 2)), Ops{RoleOp::kGrant})
       << "the first was lost";
-  EXPECT_EQ(ops(v.hear(3.0, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kRefuse})
+  EXPECT_EQ(ops(v.receive(3.0, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kRefuse})
       << "v2 may be anchor by now";
-  EXPECT_EQ(ops(v.hear(7.6, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kGrant});
+  EXPECT_EQ(ops(v.receive(7.6, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kGrant});
 }
 
 TEST(RoleVote, for_somebody_else_is_refused) {
   Vehicle v(1);
-  EXPECT_EQ(ops(v.hear(1.0, 2, RoleOp::kPropose, 1, 0)), Ops{RoleOp::kRefuse});
+  EXPECT_EQ(ops(v.receive(1.0, 2, RoleOp::kPropose, 1, 0)), Ops{RoleOp::kRefuse});
 }
 
 TEST(RoleVote, survives_a_restart_and_so_does_the_promise) {
   Vehicle v = tag_of_three();
-  v.hear(2.0, 0, RoleOp::kSeal, 1);
-  v.hear(2.1, 2, RoleOp::kPropose, 2, 2);
+  v.receive(2.0, 0, RoleOp::kSeal, 1);
+  v.receive(2.1, 2, RoleOp::kPropose, 2, 2);
   Vehicle again(1, v.state.durable, 3.0);
   EXPECT_EQ(again.state.durable.term, 2U);
-  EXPECT_EQ(ops(again.hear(3.1, 0, RoleOp::kPropose, 2, 0)), Ops{RoleOp::kRefuse});
-  EXPECT_EQ(ops(again.hear(3.2, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kRefuse});
-  EXPECT_EQ(ops(again.hear(3.0 + kPromise_s, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kGrant});
+  EXPECT_EQ(ops(again.receive(3.1, 0, RoleOp::kPropose, 2, 0)), Ops{RoleOp::kRefuse});
+  EXPECT_EQ(ops(again.receive(3.2, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kRefuse});
+  EXPECT_EQ(ops(again.receive(3.0 + kPromise_s, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kGrant});
 }
 
 TEST(RoleVote, is_not_given_where_the_disk_may_have_forgotten_one) {
   DurableRole unreadable = durable_of(3);
   unreadable.confirmed = false;
   Vehicle v(1, unreadable);
-  EXPECT_EQ(ops(v.hear(10.0, 2, RoleOp::kPropose, 1, 2)), Ops{RoleOp::kRefuse});
+  EXPECT_EQ(ops(v.receive(10.0, 2, RoleOp::kPropose, 1, 2)), Ops{RoleOp::kRefuse});
   EXPECT_TRUE(has(v.give(11.0, RoleClaim{}), RoleActionKind::kRefused));
   EXPECT_TRUE(v.give(12.0, RoleConfirm{}).save);
-  EXPECT_EQ(ops(v.hear(13.0, 2, RoleOp::kPropose, 1, 2)), Ops{RoleOp::kGrant});
+  EXPECT_EQ(ops(v.receive(13.0, 2, RoleOp::kPropose, 1, 2)), Ops{RoleOp::kGrant});
 }
 
 TEST(RoleCandidate, commits_with_a_majority_of_the_fleet_and_not_of_those_that_answer) {
   DurableRole five = durable_of(5);
   Vehicle v(0, five);
   v.give(0.0, RoleClaim{});
-  v.hear(0.1, 1, RoleOp::kGrant, 1, 0);
-  v.hear(0.2, 1, RoleOp::kGrant, 1, 0);  // the same one twice
-  v.hear(0.3, 2, RoleOp::kGrant, 9, 0);  // another term
-  v.hear(0.3, 3, RoleOp::kGrant, 1, 4);  // for another
-  v.hear(0.4, 7, RoleOp::kGrant, 1, 0);  // not of the fleet
+  v.receive(0.1, 1, RoleOp::kGrant, 1, 0);
+  v.receive(0.2, 1, RoleOp::kGrant, 1, 0);  // the same one twice
+  v.receive(0.3, 2, RoleOp::kGrant, 9, 0);  // another term
+  v.receive(0.3, 3, RoleOp::kGrant, 1, 4);  // for another
+  v.receive(0.4, 7, RoleOp::kGrant, 1, 0);  // not in the fleet
   EXPECT_EQ(v.state.mode, RoleMode::kCandidate);
-  const RoleStep step = v.hear(0.5, 4, RoleOp::kGrant, 1, 0);
+  const RoleStep step = v.receive(0.5, 4, RoleOp::kGrant, 1, 0);
   EXPECT_EQ(v.state.mode, RoleMode::kAnchor);
   EXPECT_TRUE(has(step, RoleActionKind::kBecameAnchor));
   EXPECT_EQ(ops(step), Ops{RoleOp::kCommit});
@@ -180,7 +180,7 @@ TEST(RoleCandidate, that_moves_is_none_and_that_hears_a_commit_follows) {
   EXPECT_EQ(moved.state.mode, RoleMode::kTag);
   Vehicle late(0);
   late.give(0.0, RoleClaim{});
-  const RoleStep step = late.hear(1.0, 2, RoleOp::kCommit, 2);
+  const RoleStep step = late.receive(1.0, 2, RoleOp::kCommit, 2);
   EXPECT_EQ(late.state.mode, RoleMode::kTag);
   EXPECT_TRUE(has(step, RoleActionKind::kFollows));
   EXPECT_EQ(ops(step), Ops{RoleOp::kAck});
@@ -189,11 +189,11 @@ TEST(RoleCandidate, that_moves_is_none_and_that_hears_a_commit_follows) {
 TEST(RoleAnchor, acts_as_long_as_a_majority_answers_and_then_stands_as_an_orphan) {
   Vehicle v = anchor_of_three();
   EXPECT_EQ(ops(v.tick(1.1)), Ops{RoleOp::kHeartbeat});
-  EXPECT_EQ(v.hear(1.3, 2, RoleOp::kAck, 1, 0, 1.1).messages.size(), 0U);
+  EXPECT_EQ(v.receive(1.3, 2, RoleOp::kAck, 1, 0, 1.1).messages.size(), 0U);
   EXPECT_TRUE(may_publish(v.state, at(6.0)));
   EXPECT_FALSE(may_publish(v.state, at(6.1)));
-  v.hear(2.0, 2, RoleOp::kAck, 1, 0, 50.0);  // of a clock of before a restart
-  v.hear(2.0, 2, RoleOp::kAck, 9, 0, 1.9);   // of another term
+  v.receive(2.0, 2, RoleOp::kAck, 1, 0, 50.0);  // of the clock before a restart
+  v.receive(2.0, 2, RoleOp::kAck, 9, 0, 1.9);   // of another term
   const RoleStep step = v.tick(6.1);
   EXPECT_EQ(v.state.mode, RoleMode::kTag);
   EXPECT_TRUE(has(step, RoleActionKind::kStoppedAnchoring));
@@ -202,21 +202,21 @@ TEST(RoleAnchor, acts_as_long_as_a_majority_answers_and_then_stands_as_an_orphan
 
 TEST(RoleAnchor, seals_when_all_that_are_present_have_finished) {
   Vehicle v = anchor_of_three();
-  v.hear(1.0, 1, RoleOp::kAck, 1, 0, 0.9);
-  v.hear(1.0, 2, RoleOp::kAck, 1, 0, 0.9);
+  v.receive(1.0, 1, RoleOp::kAck, 1, 0, 0.9);
+  v.receive(1.0, 2, RoleOp::kAck, 1, 0, 0.9);
   RoleMessage done;
   done.op = RoleOp::kFinished;
   done.term = 1;
   done.reason = FinishReason::kDistance;
   done.t_send = at(20.0);
-  v.give(1.1, RoleHeard{id(1), done});
+  v.give(1.1, RoleReceived{id(1), done});
   v.tick(1.2);
   EXPECT_EQ(v.state.mode, RoleMode::kAnchor) << "v2 is on its way";
   done.t_send = at(30.0);
-  v.give(1.3, RoleHeard{id(2), done});
+  v.give(1.3, RoleReceived{id(2), done});
   done.reason = FinishReason::kNone;
-  done.t_send = at(29.0);  // an older word that came late
-  v.give(1.4, RoleHeard{id(2), done});
+  done.t_send = at(29.0);  // an older message that arrived late
+  v.give(1.4, RoleReceived{id(2), done});
   const RoleStep step = v.tick(1.5);
   EXPECT_EQ(v.state.mode, RoleMode::kSealed);
   EXPECT_TRUE(has(step, RoleActionKind::kSealed));
@@ -233,18 +233,18 @@ TEST(RoleAnchor, that_is_pushed_seals_at_once) {
 
 TEST(RoleAnchor, whose_term_was_spent_by_a_lost_election_takes_a_new_one_in_the_same_round) {
   Vehicle v = anchor_of_three();
-  RoleStep step = v.hear(1.0, 2, RoleOp::kRefuse, 4, 0);
+  RoleStep step = v.receive(1.0, 2, RoleOp::kRefuse, 4, 0);
   EXPECT_EQ(v.state.durable.term, 5U);
   EXPECT_EQ(ops(step), Ops{RoleOp::kPropose});
   EXPECT_FALSE(may_publish(v.state, at(1.0)));
-  step = v.hear(1.1, 1, RoleOp::kGrant, 5, 0, 1.0);
+  step = v.receive(1.1, 1, RoleOp::kGrant, 5, 0, 1.0);
   EXPECT_TRUE(has(step, RoleActionKind::kRenewedTerm));
   EXPECT_FALSE(has(step, RoleActionKind::kBecameAnchor));
-  // The tag sees the same round.
+  // The tag observes the same round.
   Vehicle tag = tag_of_three();
   tag.give(0.5, RoleFinished{FinishReason::kSignal});
-  EXPECT_EQ(ops(tag.hear(1.0, 0, RoleOp::kPropose, 5, 0)), Ops{RoleOp::kGrant});
-  EXPECT_FALSE(has(tag.hear(1.2, 0, RoleOp::kCommit, 5), RoleActionKind::kFollows));
+  EXPECT_EQ(ops(tag.receive(1.0, 0, RoleOp::kPropose, 5, 0)), Ops{RoleOp::kGrant});
+  EXPECT_FALSE(has(tag.receive(1.2, 0, RoleOp::kCommit, 5), RoleActionKind::kFollows));
   EXPECT_EQ(tag.state.finished, FinishReason::kSignal);
 }
 
@@ -269,8 +269,8 @@ TEST(RoleSealed, votes_for_its_successor_and_stands_until_ten_ranges_tie_it_in) 
   Vehicle v = anchor_of_three();
   v.give(1.0, RoleEndRound{});
   v.give(1.1, RoleChoice{{id(2)}});
-  EXPECT_EQ(ops(v.hear(2.0, 2, RoleOp::kPropose, 2, 2)), Ops{RoleOp::kGrant});
-  v.hear(2.5, 2, RoleOp::kCommit, 2);
+  EXPECT_EQ(ops(v.receive(2.0, 2, RoleOp::kPropose, 2, 2)), Ops{RoleOp::kGrant});
+  v.receive(2.5, 2, RoleOp::kCommit, 2);
   EXPECT_TRUE(must_stand(v.state));
   v.give(3.0, RoleSelf{at(-100.0), 9});
   EXPECT_TRUE(must_stand(v.state));

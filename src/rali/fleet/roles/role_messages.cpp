@@ -6,38 +6,38 @@
 namespace rali::fleet::detail {
 namespace {
 
-/// A term beyond this jump is not from this fleet: it would leave no numbers for later terms.
+/// A term beyond this jump is not from this fleet: it would exhaust the numbers for later terms.
 constexpr std::uint64_t kTermJumpMax = std::uint64_t{1} << 32;
 
 }  // namespace
 
-void RoleStepper::on(const RoleHeard& event) {
+void RoleStepper::on(const RoleReceived& event) {
   const RoleMessage& m = event.message;
   if (event.from == state().self || !in_fleet(event.from)) return;
   if (m.term > state().durable.term && m.term - state().durable.term > kTermJumpMax) return;
-  state().link_heard = now_;
+  state().link_received = now_;
   switch (m.op) {
     case RoleOp::kHeartbeat:
     case RoleOp::kCommit:
-      return hear_anchor(event.from, m);
+      return receive_anchor(event.from, m);
     case RoleOp::kSeal:
-      return hear_seal(event.from, m);
+      return receive_seal(event.from, m);
     case RoleOp::kAck:
-      return hear_ack(event.from, m);
+      return receive_ack(event.from, m);
     case RoleOp::kFinished:
-      return hear_finished(event.from, m);
+      return receive_finished(event.from, m);
     case RoleOp::kHandover:
-      return hear_handover(event.from, m);
+      return receive_handover(event.from, m);
     case RoleOp::kPropose:
-      return hear_propose(event.from, m);
+      return receive_propose(event.from, m);
     case RoleOp::kGrant:
-      return hear_grant(event.from, m);
+      return receive_grant(event.from, m);
     case RoleOp::kRefuse:
-      return hear_refuse(event.from, m);
+      return receive_refuse(event.from, m);
   }
 }
 
-void RoleStepper::hear_anchor(VehicleId from, const RoleMessage& m) {
+void RoleStepper::receive_anchor(VehicleId from, const RoleMessage& m) {
   if (m.term < state().durable.term) {
     RoleMessage refusal = message(RoleOp::kRefuse);
     refusal.candidate = from;
@@ -47,7 +47,7 @@ void RoleStepper::hear_anchor(VehicleId from, const RoleMessage& m) {
     return act(RoleActionKind::kConflict, from);
   }
   if (m.term > state().durable.term || !state().durable.anchor) follow(from, m.term);
-  if (state().seal_heard) return;  // an old heartbeat that came late
+  if (state().seal_received) return;  // an old heartbeat that arrived late
   state().promise_until = now_ + promise();
   wait_for_anchor();
   if (state().orphan) {
@@ -57,7 +57,7 @@ void RoleStepper::hear_anchor(VehicleId from, const RoleMessage& m) {
   RoleMessage ack = message(RoleOp::kAck);
   ack.candidate = from;
   ack.t_echo = m.t_send;
-  ack.t_heard = now_;
+  ack.t_received = now_;
   send(from, std::move(ack));
   if (state().finished == FinishReason::kNone) return;
   RoleMessage finished = message(RoleOp::kFinished);
@@ -65,7 +65,7 @@ void RoleStepper::hear_anchor(VehicleId from, const RoleMessage& m) {
   send(from, std::move(finished));
 }
 
-/// I7. A new anchor is a new round; the same one in a new term goes on with the old.
+/// I7. A new anchor starts a new round; the same one in a new term continues the old round.
 void RoleStepper::follow(VehicleId anchor, std::uint64_t term) {
   const bool was_anchor = state().mode == RoleMode::kAnchor || state().mode == RoleMode::kSealed;
   if (state().mode == RoleMode::kAnchor) act(RoleActionKind::kStoppedAnchoring, state().self);
@@ -73,14 +73,14 @@ void RoleStepper::follow(VehicleId anchor, std::uint64_t term) {
     state().stands_for = anchor;
     state().stands_until = now_ + Duration::from_s(settings_.leave_s);
   }
-  const bool same = state().followed == anchor && !state().seal_heard;
+  const bool same = state().followed == anchor && !state().seal_received;
   if (term > state().durable.term) state().durable.granted_to.reset();
   state().durable.term = term;
   state().durable.anchor = anchor;
   step_.save = true;
   state().mode = RoleMode::kTag;
   state().renews = false;
-  state().seal_heard = false;
+  state().seal_received = false;
   state().attempts = 0;
   state().followed = anchor;
   state().peers.clear();
@@ -89,24 +89,24 @@ void RoleStepper::follow(VehicleId anchor, std::uint64_t term) {
   act(RoleActionKind::kFollows, anchor);
 }
 
-void RoleStepper::hear_seal(VehicleId from, const RoleMessage& m) {
+void RoleStepper::receive_seal(VehicleId from, const RoleMessage& m) {
   if (m.term < state().durable.term) return;
   if (m.term > state().durable.term || !state().durable.anchor) follow(from, m.term);
   if (*state().durable.anchor != from) return act(RoleActionKind::kConflict, from);
-  state().seal_heard = true;
+  state().seal_received = true;
   wait_for_anchor();
 }
 
-void RoleStepper::hear_ack(VehicleId from, const RoleMessage& m) {
+void RoleStepper::receive_ack(VehicleId from, const RoleMessage& m) {
   RolePeer* p = peer(from);
   if (state().mode != RoleMode::kAnchor || p == nullptr || m.term != state().durable.term) return;
-  if (m.t_echo > now_) return;  // of a clock that this vehicle had before a restart
+  if (m.t_echo > now_) return;  // of this vehicle's clock before a restart
   if (!p->echoed || m.t_echo > *p->echoed) p->echoed = m.t_echo;
-  p->heard = now_;
+  p->received = now_;
   renew_lease();
 }
 
-void RoleStepper::hear_finished(VehicleId from, const RoleMessage& m) {
+void RoleStepper::receive_finished(VehicleId from, const RoleMessage& m) {
   RolePeer* p = peer(from);
   if (state().mode != RoleMode::kAnchor || p == nullptr || m.term != state().durable.term) return;
   if (m.t_send < p->finished_sent) return;
@@ -114,7 +114,7 @@ void RoleStepper::hear_finished(VehicleId from, const RoleMessage& m) {
   p->finished_sent = m.t_send;
 }
 
-void RoleStepper::hear_handover(VehicleId from, const RoleMessage& m) {
+void RoleStepper::receive_handover(VehicleId from, const RoleMessage& m) {
   if (m.candidate != state().self) return;
   if (m.term == state().durable.term && state().durable.granted_to == state().self) return;
   if (m.term <= state().durable.term) {
@@ -122,10 +122,10 @@ void RoleStepper::hear_handover(VehicleId from, const RoleMessage& m) {
     refusal.candidate = from;
     return send(from, std::move(refusal));
   }
-  // Only a sealed anchor hands over, but it may be one whose successor this vehicle follows.
-  const bool sealed = state().seal_heard || state().durable.anchor == from;
+  // Only a sealed anchor hands over, but the receiver may follow its successor already.
+  const bool sealed = state().seal_received || state().durable.anchor == from;
   if (state().mode != RoleMode::kTag || !(sealed || now_ >= state().promise_until)) return;
-  if (sealed) state().seal_heard = true;
+  if (sealed) state().seal_received = true;
   if (!stands() || !state().durable.confirmed || !state().eligible) return;  // it is repeated
   stand_for(m.term, false);
 }
@@ -134,13 +134,13 @@ bool RoleStepper::may_grant(VehicleId candidate) const {
   if (!state().durable.confirmed) return false;
   if (state().mode == RoleMode::kAnchor) return now_ >= state().lease_until;
   if (state().mode == RoleMode::kSealed || state().mode == RoleMode::kCandidate) return true;
-  // The one whom the promise protects has stopped acting in the old term when it asks for a new.
+  // The vehicle that the promise protects no longer acts in the old term when it asks for a new.
   const auto promised =
       state().durable.anchor ? state().durable.anchor : state().durable.granted_to;
-  return state().seal_heard || now_ >= state().promise_until || promised == candidate;
+  return state().seal_received || now_ >= state().promise_until || promised == candidate;
 }
 
-void RoleStepper::hear_propose(VehicleId from, const RoleMessage& m) {
+void RoleStepper::receive_propose(VehicleId from, const RoleMessage& m) {
   const bool again = m.term == state().durable.term && state().durable.granted_to == from;
   const bool ok =
       m.candidate == from && (again || (m.term > state().durable.term && may_grant(from)));
@@ -155,7 +155,7 @@ void RoleStepper::hear_propose(VehicleId from, const RoleMessage& m) {
   RoleMessage vote = message(RoleOp::kGrant);
   vote.candidate = from;
   vote.t_echo = m.t_send;
-  vote.t_heard = now_;
+  vote.t_received = now_;
   send(from, std::move(vote));
 }
 
@@ -166,35 +166,35 @@ void RoleStepper::grant(VehicleId candidate, std::uint64_t term) {
     state().stands_until = now_ + Duration::from_s(settings_.leave_s);
     state().followed.reset();
   }
-  if (state().seal_heard) state().followed.reset();
+  if (state().seal_received) state().followed.reset();
   state().durable.term = term;
   state().durable.granted_to = candidate;
   state().durable.anchor.reset();
   step_.save = true;
   state().mode = RoleMode::kTag;
   state().renews = false;
-  state().seal_heard = false;
+  state().seal_received = false;
   state().peers.clear();
 }
 
-void RoleStepper::hear_grant(VehicleId from, const RoleMessage& m) {
+void RoleStepper::receive_grant(VehicleId from, const RoleMessage& m) {
   RolePeer* p = peer(from);
   const bool mine = m.term == state().durable.term && m.candidate == state().self;
   const bool asks = state().mode == RoleMode::kCandidate || state().mode == RoleMode::kAnchor;
   if (p == nullptr || !mine || !asks || m.t_echo > now_) return;
   p->granted = true;
   if (!p->echoed || m.t_echo > *p->echoed) p->echoed = m.t_echo;
-  p->heard = now_;
+  p->received = now_;
   if (state().mode == RoleMode::kAnchor) return renew_lease();
   commit_if_majority();
 }
 
-void RoleStepper::hear_refuse(VehicleId from, const RoleMessage& m) {
+void RoleStepper::receive_refuse(VehicleId from, const RoleMessage& m) {
   static_cast<void>(from);
   if (m.term <= state().durable.term || m.candidate != state().self) return;
   switch (state().mode) {
     case RoleMode::kTag:
-      return;  // late; whoever leads the higher term will be heard
+      return;  // late; messages of the anchor of the higher term will arrive
     case RoleMode::kCandidate:
       if (state().renews && stands()) return stand_for(m.term + 1, true);
       state().durable.term = m.term;
@@ -207,8 +207,8 @@ void RoleStepper::hear_refuse(VehicleId from, const RoleMessage& m) {
       state().takeover_at = now_ + Duration::from_s(settings_.lease_s * (1.0 + 2.0 * chance()));
       return;
     case RoleMode::kAnchor:
-      // Somebody stood for election and lost; its term is spent. A new one of its own brings it
-      // back, without an end of the round: those who promised, promised to this vehicle.
+      // A candidate lost an election; its term is used up. With a new term of its own the anchor
+      // gets that vehicle back without ending the round: all promises were made to this anchor.
       if (stands()) stand_for(m.term + 1, true);
       return;
     case RoleMode::kSealed:

@@ -1,4 +1,4 @@
-// A thousand random schedules of the role machine, with clocks that run unlike.
+// A thousand random schedules of the role machine, with clocks of different rates.
 #include "rali/fleet/roles/role_fleet_for_test.hpp"
 
 namespace rali::fleet {
@@ -92,8 +92,8 @@ TEST(RoleSchedules, of_five_vehicles_never_have_two_anchors) {
   expect_order(schedules(5, 4000, 200), 200);
 }
 
-/// The checker itself: with leases that outlast the promises (clocks 20 % apart and the machine
-/// told 0 %) two anchors must be seen at one time, else the tests above look away.
+/// Tests the checker itself: with leases longer than the promises (clocks 20 % apart, 0 %
+/// configured) it must find two anchors at one time, else the tests above prove nothing.
 TEST(RoleSchedules, the_checker_sees_two_anchors_if_clocks_break_their_promise) {
   int overlaps = 0;
   for (std::uint64_t seed = 0; seed < 40 && overlaps == 0; ++seed) {

@@ -1,7 +1,7 @@
-// T23: every behaviour of the votes of a small fleet, searched through with the machine itself.
-// Leases are set to nothing and the clock stands still, so every guard of time is open and every
-// time-out may happen at once: more behaviours than real ones. Messages stay in the air for good:
-// they may come never, late, twice, in any order.
+// T23: exhaustive search of all voting behaviours of a small fleet, with the machine itself. Leases
+// are zero and the clock does not advance, so every guard of time is open and every time-out may
+// happen at once: more behaviours than real ones. Messages stay pending for good: they may arrive
+// never, late, twice, in any order.
 #include <array>
 #include <deque>
 #include <numeric>
@@ -23,11 +23,11 @@ struct Plan {
   std::uint64_t terms = 3;
   int restarts = 1;
   bool seals = false;                               ///< rounds end and are handed over, too
-  bool forgets = false;                             ///< mutant: the disk keeps nothing
-  std::vector<std::vector<VehicleId>> fleets = {};  ///< mutants: whom each one counts
+  bool forgets = false;                             ///< mutant: the disk stores nothing
+  std::vector<std::vector<VehicleId>> fleets = {};  ///< mutants: the fleet that each one counts
 };
 
-/// A message in the air: op, from, to (0 all), term, candidate; vehicles are counted from 1.
+/// A pending message: op, from, to (0 all), term, candidate; vehicles are counted from 1.
 struct Air {
   std::uint8_t op, from, to, term, candidate;
   auto operator<=>(const Air&) const = default;
@@ -36,7 +36,7 @@ struct Air {
 struct Node {
   std::vector<RoleState> vehicles;
   std::vector<Air> air;                      ///< ascending
-  std::array<std::uint8_t, 8> anchors = {};  ///< by term: who was ever committed, from 1
+  std::array<std::uint8_t, 8> anchors = {};  ///< by term: which vehicle was ever committed, from 1
   int restarts = 0;
 };
 
@@ -51,11 +51,11 @@ void add_vehicle(Key& key, const RoleState& s, const Names& names) {
   key.push_back(static_cast<std::uint8_t>(s.durable.term));
   key.push_back(name(s.durable.granted_to));
   key.push_back(name(s.durable.anchor));
-  key.push_back(s.seal_heard ? 1 : 0);
+  key.push_back(s.seal_received ? 1 : 0);
   key.push_back(name(s.named));
   key.push_back(s.mode == RoleMode::kSealed ? static_cast<std::uint8_t>(s.handover_term) : 0);
   key.push_back(static_cast<std::uint8_t>(s.tried.size()));
-  // Votes count for who is asking for them, and nothing else does anything with them.
+  // Votes count only for the candidate that asks for them, and have no other effect.
   std::uint8_t votes = 0;
   for (const RolePeer& p : s.peers) {
     const bool counts = s.mode == RoleMode::kCandidate && p.granted;
@@ -79,7 +79,7 @@ Key key_of(const Node& node, const Names& names) {
   return key;
 }
 
-/// The same for states that differ by the vehicles' names only.
+/// The same for states that differ only in the vehicles' numbers.
 Key smallest_key(const Node& node) {
   Names names = {};
   const auto n = static_cast<std::ptrdiff_t>(node.vehicles.size());
@@ -95,7 +95,7 @@ class Search {
  public:
   explicit Search(const Plan& plan) : plan_(plan) {
     settings_.lease_s = settings_.heartbeat_s = settings_.stand_s = settings_.leave_s = 0.0;
-    settings_.round_timeout_s = 1.0;  // never: the clock stands
+    settings_.round_timeout_s = 1.0;  // never: the clock does not advance
     Node node;
     for (int v = 0; v < plan.vehicles; ++v) node.vehicles.push_back(fresh(v, durable(v)));
     push(node);
@@ -120,12 +120,12 @@ class Search {
   [[nodiscard]] RoleState fresh(int v, const DurableRole& disk) const {
     RoleState s = start_role(id(v), disk, settings_, Time{});
     s.standing_since = Time{};
-    s.link_heard = Time{};
+    s.link_received = Time{};
     return s;
   }
 
   void push(Node node) {
-    // A mutant whose vehicles count different fleets is not the same under other names.
+    // A mutant whose vehicles count different fleets is not symmetric under renumbering.
     const bool alike = plan_.fleets.empty() && !plan_.seals;
     Names same = {0, 1, 2, 3, 4, 5, 6, 7};
     if (!seen_.insert(alike ? smallest_key(node) : key_of(node, same)).second) return;
@@ -140,7 +140,7 @@ class Search {
     EXPECT_TRUE(step.save || step.state.durable == state.durable);
     if (step.state.durable.term > plan_.terms) return;
     const bool votes = step.state.peers.size() == state.peers.size() && !state.peers.empty();
-    if (!plan_.seals && !votes && !step.save && step.state.mode == state.mode) return;  // nothing
+    if (!plan_.seals && !votes && !step.save && step.state.mode == state.mode) return;  // no change
     state = step.state;
     for (const RoleAction& a : step.actions) {
       if (a.kind != RoleActionKind::kBecameAnchor) continue;
@@ -187,7 +187,7 @@ class Search {
       message.candidate = id(m.candidate - 1);
       for (int v = 0; v < plan_.vehicles; ++v) {
         const bool addressed = v + 1 != m.from && (m.to == 0 || m.to == v + 1);
-        if (addressed) give(node, v, RoleHeard{id(m.from - 1), message});
+        if (addressed) give(node, v, RoleReceived{id(m.from - 1), message});
       }
     }
   }

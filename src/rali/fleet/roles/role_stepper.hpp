@@ -4,8 +4,8 @@
 
 namespace rali::fleet::detail {
 
-/// One step at work: the state that is being changed, and what comes of it. Only for the sources
-/// of the role machine.
+/// One running step: the state being changed, and its outputs. Only for the sources of the role
+/// machine.
 class RoleStepper {
  public:
   RoleStepper(const RoleState& state, const RoleSettings& settings, Time now)
@@ -14,7 +14,7 @@ class RoleStepper {
   }
 
   void on(const RoleTick& event);
-  void on(const RoleHeard& event);
+  void on(const RoleReceived& event);
   void on(const RoleLink& event);
   void on(const RoleSelf& event);
   void on(const RoleFinished& event);
@@ -27,21 +27,21 @@ class RoleStepper {
   [[nodiscard]] RoleStep take() { return std::move(step_); }
 
  private:
-  // What time does (role_machine.cpp).
+  // Effects of time (role_machine.cpp).
   void tick_tag();
   void tick_candidate();
   void tick_anchor();
   void tick_sealed();
 
   // Messages (role_messages.cpp).
-  void hear_anchor(VehicleId from, const RoleMessage& m);
-  void hear_seal(VehicleId from, const RoleMessage& m);
-  void hear_ack(VehicleId from, const RoleMessage& m);
-  void hear_finished(VehicleId from, const RoleMessage& m);
-  void hear_handover(VehicleId from, const RoleMessage& m);
-  void hear_propose(VehicleId from, const RoleMessage& m);
-  void hear_grant(VehicleId from, const RoleMessage& m);
-  void hear_refuse(VehicleId from, const RoleMessage& m);
+  void receive_anchor(VehicleId from, const RoleMessage& m);
+  void receive_seal(VehicleId from, const RoleMessage& m);
+  void receive_ack(VehicleId from, const RoleMessage& m);
+  void receive_finished(VehicleId from, const RoleMessage& m);
+  void receive_handover(VehicleId from, const RoleMessage& m);
+  void receive_propose(VehicleId from, const RoleMessage& m);
+  void receive_grant(VehicleId from, const RoleMessage& m);
+  void receive_refuse(VehicleId from, const RoleMessage& m);
   void follow(VehicleId anchor, std::uint64_t term);
   void grant(VehicleId candidate, std::uint64_t term);
   [[nodiscard]] bool may_grant(VehicleId candidate) const;
@@ -73,7 +73,8 @@ class RoleStepper {
 
   [[nodiscard]] Duration lease() const { return Duration::from_s(settings_.lease_s); }
 
-  /// How long another's lease may last after a promise, on this clock: his may be slow, this fast.
+  /// Longest remaining lease of another after a promise, on this clock: its clock may be slow, this
+  /// one fast.
   [[nodiscard]] Duration promise() const {
     const double rate = settings_.clock_rate;
     return Duration::from_s(settings_.lease_s * (1.0 + rate) / (1.0 - rate));

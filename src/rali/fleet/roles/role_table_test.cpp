@@ -1,4 +1,4 @@
-// The state table in README.md is what the machine does: made here, compared with the file.
+// The state table in README.md is the machine's behaviour: generated here, compared with the file.
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -31,14 +31,14 @@ const char* name_of(RoleMode mode) {
 /// v1 as tag of term 1 whose anchor v0 has sealed.
 Vehicle tag_after_seal() {
   Vehicle v = tag_of_three();
-  v.hear(0.5, 0, RoleOp::kSeal, 1);
+  v.receive(0.5, 0, RoleOp::kSeal, 1);
   return v;
 }
 
 /// v1 as candidate of term 2.
 Vehicle candidate_of_three() {
   Vehicle v = tag_after_seal();
-  v.hear(1.0, 0, RoleOp::kHandover, 2, 1);
+  v.receive(1.0, 0, RoleOp::kHandover, 2, 1);
   return v;
 }
 
@@ -51,7 +51,7 @@ Vehicle sealed_of_three() {
 }
 
 std::string cell(Vehicle v, int peer, RoleOp op, std::uint64_t term, int candidate) {
-  const RoleStep step = v.hear(1.5, peer, op, term, candidate, 1.0);
+  const RoleStep step = v.receive(1.5, peer, op, term, candidate, 1.0);
   std::string text = name_of(step.state.mode);
   for (const RoleSend& s : step.messages) text += fmt::format(", {}", name_of(s.message.op));
   if (step.save) text += " (saved)";
@@ -62,7 +62,7 @@ struct Row {
   const char* event;
   RoleOp op;
   int terms_up;       ///< term of the message above the vehicle's own
-  bool for_receiver;  ///< the candidate named is the receiver, else the sender
+  bool for_receiver;  ///< the named candidate is the receiver, else the sender
 };
 
 constexpr Row kRows[] = {

@@ -15,7 +15,7 @@ inline constexpr double kPromise_s = 5.0 * 1.02 / 0.98;  // 5.204
 
 inline Time at(double t_s) { return Time::from_s(t_s); }
 
-/// A vehicle of a fleet of three that has stood since long before time 0.
+/// A vehicle of a fleet of three at standstill since long before time 0.
 class Vehicle {
  public:
   explicit Vehicle(int self, const DurableRole& durable = durable_of(3), double now_s = 0.0)
@@ -30,15 +30,15 @@ class Vehicle {
     return step;
   }
 
-  RoleStep hear(double t_s, int from, RoleOp op, std::uint64_t term, int candidate = 0,
-                double echo_s = 0.0) {
+  RoleStep receive(double t_s, int from, RoleOp op, std::uint64_t term, int candidate = 0,
+                   double echo_s = 0.0) {
     RoleMessage m;
     m.op = op;
     m.term = term;
     m.candidate = id(candidate);
     m.t_send = at(t_s);
     m.t_echo = at(echo_s);
-    return give(t_s, RoleHeard{id(from), m});
+    return give(t_s, RoleReceived{id(from), m});
   }
 
   RoleStep tick(double t_s) { return give(t_s, RoleTick{}); }
@@ -65,7 +65,7 @@ using Ops = std::vector<RoleOp>;
 inline Vehicle anchor_of_three() {
   Vehicle v(0);
   v.give(0.0, RoleClaim{});
-  v.hear(0.1, 1, RoleOp::kGrant, 1, 0, 0.0);
+  v.receive(0.1, 1, RoleOp::kGrant, 1, 0, 0.0);
   EXPECT_EQ(v.state.mode, RoleMode::kAnchor);
   return v;
 }
@@ -73,7 +73,7 @@ inline Vehicle anchor_of_three() {
 /// v1 as tag of anchor v0 in term 1 since t = 0.
 inline Vehicle tag_of_three() {
   Vehicle v(1);
-  v.hear(0.0, 0, RoleOp::kCommit, 1);
+  v.receive(0.0, 0, RoleOp::kCommit, 1);
   return v;
 }
 

@@ -10,7 +10,7 @@ namespace {
 using geometry::Vec2;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
-constexpr double kLattice_m = 1.0;  ///< of the places that are tried around a vehicle
+constexpr double kLattice_m = 1.0;  ///< of the places evaluated around a vehicle
 constexpr double kSame_m = 0.01;
 
 std::optional<std::size_t> largest(std::span<const FrontierSpot> frontiers) {
@@ -21,7 +21,7 @@ std::optional<std::size_t> largest(std::span<const FrontierSpot> frontiers) {
   return best;
 }
 
-/// Straight, or driven from where each candidate is.
+/// Straight, or along the path from each candidate's position.
 double distance_to(const AnchorCandidate& c, const FrontierSpot& f, const map::PathField* field,
                    const map::CellMap& map, const AnchorSettings& settings) {
   if (settings.distance == FrontierDistance::kEuclid || field == nullptr) {
@@ -31,7 +31,7 @@ double distance_to(const AnchorCandidate& c, const FrontierSpot& f, const map::P
 }
 
 RankedAnchor best_place(const AnchorCandidate& candidate, const map::PathField& field,
-                        std::span<const PredictedPlace> predicted, const map::CellMap& map,
+                        std::span<const PredictedLandmark> predicted, const map::CellMap& map,
                         const AnchorSettings& settings) {
   RankedAnchor best{candidate.vehicle, candidate.place_map_m, 0.0, 0.0, 0.0};
   best.value = anchor_value(candidate.place_map_m, predicted, map, settings);
@@ -69,11 +69,12 @@ std::optional<PaperAnchor> nearest_to_largest(std::span<const AnchorCandidate> c
   return best;
 }
 
-std::vector<PredictedPlace> predict_places(std::span<const Vec2> path_map_m,
-                                           const BlindAxisAt& blind_axis, double spacing_m) {
-  std::vector<PredictedPlace> out;
+std::vector<PredictedLandmark> predict_places(std::span<const Vec2> path_map_m,
+                                              const DegenerateAxisAt& degenerate_axis,
+                                              double spacing_m) {
+  std::vector<PredictedLandmark> out;
   const auto add = [&](const Vec2& p) {
-    out.push_back({p, blind_axis ? blind_axis(p) : std::nullopt});
+    out.push_back({p, degenerate_axis ? degenerate_axis(p) : std::nullopt});
   };
   double since_m = 0.0;
   for (std::size_t i = 0; i + 1 < path_map_m.size(); ++i) {
@@ -91,19 +92,19 @@ double link_chance(double distance_m, const AnchorSettings& settings) {
   return 1.0 / (1.0 + std::exp((distance_m - settings.range_limit_m) / settings.range_soft_m));
 }
 
-double anchor_value(const Vec2& place_map_m, std::span<const PredictedPlace> predicted,
+double anchor_value(const Vec2& place_map_m, std::span<const PredictedLandmark> predicted,
                     const map::CellMap& map, const AnchorSettings& settings) {
   double sum = 0.0;
-  for (const PredictedPlace& q : predicted) {
-    if (!q.blind_axis) continue;
+  for (const PredictedLandmark& q : predicted) {
+    if (!q.degenerate_axis) continue;
     const Vec2 to = q.place_map_m - place_map_m;
     const double distance_m = to.norm();
     if (!(distance_m > kSame_m)) continue;
-    const double c = q.blind_axis->dot(to) / distance_m;
+    const double c = q.degenerate_axis->dot(to) / distance_m;
     const double use = std::min(1.0, c * c / (settings.c_sat * settings.c_sat));
     if (!(use > 0.0)) continue;
-    sum +=
-        map::sight_share(map, place_map_m, q.place_map_m) * link_chance(distance_m, settings) * use;
+    sum += map::sight_fraction(map, place_map_m, q.place_map_m) *
+           link_chance(distance_m, settings) * use;
   }
   return sum;
 }

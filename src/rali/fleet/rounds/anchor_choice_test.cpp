@@ -33,8 +33,8 @@ TEST(NearestToLargest, takes_the_lowest_number_of_equals_and_ways_if_given) {
   const std::vector<AnchorCandidate> equal = {{id(7), {5.0, 0.0}}, {id(4), {-5.0, 0.0}}};
   const std::vector<FrontierSpot> one = {{1, {0.0, 0.0}, 3.0}};
   EXPECT_EQ(nearest_to_largest(equal, one)->vehicle, id(4));
-  const auto ways = [](std::size_t i, std::size_t) { return i == 0 ? 6.0 : 60.0; };
-  EXPECT_EQ(nearest_to_largest(equal, one, ways)->vehicle, id(7));
+  const auto paths = [](std::size_t i, std::size_t) { return i == 0 ? 6.0 : 60.0; };
+  EXPECT_EQ(nearest_to_largest(equal, one, paths)->vehicle, id(7));
   EXPECT_FALSE(nearest_to_largest(equal, {}).has_value());
   EXPECT_FALSE(nearest_to_largest({}, one).has_value());
 }
@@ -69,7 +69,7 @@ TEST(Assignment, leaves_out_what_is_not_allowed) {
   const double no = std::numeric_limits<double>::infinity();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto chosen = assign({3, 2, {no, 5, no, 3, nan, no}});
-  EXPECT_FALSE(chosen[0].has_value());  // v2 takes the second for less
+  EXPECT_FALSE(chosen[0].has_value());  // v2 takes the second at a lower cost
   EXPECT_EQ(chosen[1], std::optional<std::size_t>(1));
   EXPECT_FALSE(chosen[2].has_value());
   EXPECT_TRUE(assign({0, 3, {}}).empty());
@@ -93,9 +93,9 @@ TEST(PredictPlaces, are_every_two_metres_round_a_corner_and_at_the_end) {
   EXPECT_NEAR((places[3].place_map_m - Vec2(3, 4)).norm(), 0.0, 1e-9);
 }
 
-/// The corridor of 10.3: 16 places from 5 to 45 m, blind along it.
-std::vector<PredictedPlace> along_corridor() {
-  std::vector<PredictedPlace> out;
+/// The corridor of 10.3: 16 places from 5 to 45 m, degenerate along it.
+std::vector<PredictedLandmark> along_corridor() {
+  std::vector<PredictedLandmark> out;
   for (int k = 0; k < 16; ++k) {
     out.push_back({{5.0 + 40.0 * k / 15.0, 0.0}, Vec2(1.0, 0.0)});
   }
@@ -104,12 +104,12 @@ std::vector<PredictedPlace> along_corridor() {
 
 TEST(AnchorValue, is_for_one_place_as_worked_by_hand) {
   const map::CellMap map = corridor_with_room();
-  const std::vector<PredictedPlace> one = {{{3.0, 0.4}, Vec2(1.0, 0.0)}};
-  // 3 m ahead and 0.4 m aside: c^2 = 9/9.16 saturates at 0.25.
+  const std::vector<PredictedLandmark> one = {{{3.0, 0.4}, Vec2(1.0, 0.0)}};
+  // 3 m ahead and 0.4 m lateral: c^2 = 9/9.16 saturates at 0.25.
   const AnchorSettings settings;
   EXPECT_NEAR(anchor_value({0.0, 0.0}, one, map, settings),
               1.0 / (1.0 + std::exp((std::sqrt(9.16) - 60.0) / 8.0)), 1e-9);
-  // 0.1 m ahead and 0.4 m aside: c^2 = 0.01/0.17, 0.2353 of c_sat^2.
+  // 0.1 m ahead and 0.4 m lateral: c^2 = 0.01/0.17, 0.2353 of c_sat^2.
   EXPECT_NEAR(anchor_value({2.9, 0.0}, one, map, settings), 0.01 / 0.17 / 0.25, 1e-3);
 }
 
@@ -123,14 +123,14 @@ TEST(AnchorValue, belongs_on_the_blind_axis_with_sight_and_not_into_a_side_room)
   EXPECT_GT(mouth, 14.0);  // nearly one for each of the 16
   EXPECT_LT(side_room, 0.5);
   EXPECT_GT(middle, 14.0);
-  std::vector<PredictedPlace> seen = places;
-  for (PredictedPlace& q : seen) q.blind_axis.reset();
+  std::vector<PredictedLandmark> seen = places;
+  for (PredictedLandmark& q : seen) q.degenerate_axis.reset();
   EXPECT_EQ(anchor_value({0.0, 0.0}, seen, map, settings), 0.0);
 }
 
-/// Candidates whose rounds would all be the same.
+/// Candidates whose rounds would all be equal.
 std::vector<AnchorOption> options_of(const std::vector<AnchorCandidate>& candidates,
-                                     const std::vector<PredictedPlace>& predicted) {
+                                     const std::vector<PredictedLandmark>& predicted) {
   std::vector<AnchorOption> out;
   for (const AnchorCandidate& c : candidates) out.push_back({c, AnchorUse::kExplore, predicted});
   return out;
@@ -183,7 +183,7 @@ TEST(RankAnchors, whoever_stands_in_the_way_of_all_others_comes_last_however_wel
   const map::CellMap map = corridor_with_room();
   const auto passable = map::passable_cells(map, 0.3);
   const std::vector<FrontierSpot> frontiers = {{1, {45.0, 0.0}, 10.0}};
-  // v1 has the corridor before it and v2 behind it, which sees as far but nobody helps there.
+  // v1 has the corridor before it and v2 behind it, which sees as far but helps no vehicle there.
   std::vector<AnchorOption> options =
       options_of({{id(1), {4.0, 0.0}}, {id(2), {2.0, 0.0}}}, along_corridor());
   options[0].use = AnchorUse::kNone;

@@ -20,7 +20,7 @@ class Hungarian {
   [[nodiscard]] std::size_t row_of(std::size_t column) const { return row_of_[column]; }
 
  private:
-  /// Finds the cheapest way to give the row a column, others changing theirs.
+  /// Finds the cheapest way to assign the row a column, with reassignment of others.
   void add(std::size_t row) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     std::vector<double> slack(n_ + 1, kFar);
@@ -31,7 +31,7 @@ class Hungarian {
     while (row_of_[column] != 0) {
       done[column] = 1;
       const std::size_t i = row_of_[column];
-      double least = kFar;
+      double minimum = kFar;
       std::size_t next = 0;
       for (std::size_t j = 1; j <= n_; ++j) {
         if (done[j] != 0) continue;
@@ -40,17 +40,17 @@ class Hungarian {
           slack[j] = reduced;
           before[j] = column;
         }
-        if (slack[j] < least) {
-          least = slack[j];
+        if (slack[j] < minimum) {
+          minimum = slack[j];
           next = j;
         }
       }
       for (std::size_t j = 0; j <= n_; ++j) {
         if (done[j] != 0) {
-          u_[row_of_[j]] += least;
-          v_[j] -= least;
+          u_[row_of_[j]] += minimum;
+          v_[j] -= minimum;
         } else {
-          slack[j] -= least;
+          slack[j] -= minimum;
         }
       }
       column = next;
@@ -77,7 +77,7 @@ std::vector<std::optional<std::size_t>> assign(const CostTable& table) {
   for (const double c : table.cost) {
     if (std::isfinite(c)) largest = std::max(largest, std::abs(c));
   }
-  // No sum of allowed costs reaches one that is not allowed.
+  // No sum of allowed costs reaches a forbidden one.
   const double forbidden = largest * 4.0 * static_cast<double>(n + 1);
   std::vector<double> square(n * n, forbidden);
   for (std::size_t r = 0; r < table.rows; ++r) {

@@ -16,9 +16,9 @@ struct CostTable {
   }
 };
 
-/// Gives each row at most one column and each column at most one row: as many as possible, and of
-/// these choices the one of least cost (Kuhn 1955 "Hungarian method", in the form of successive
-/// shortest ways with potentials). Costs may be negative; not-a-number counts as infinite.
+/// Assigns each row at most one column and each column at most one row: as many as possible, and of
+/// these assignments the one of least cost (Kuhn 1955 "Hungarian method", in the form of successive
+/// shortest paths with potentials). Costs may be negative; not-a-number counts as infinite.
 [[nodiscard]] std::vector<std::optional<std::size_t>> assign(const CostTable& table);
 
 }  // namespace rali::fleet

@@ -7,10 +7,10 @@
 namespace rali::fleet {
 namespace {
 
-constexpr double kRangeFresh_s = 2.0;  ///< a range is better than the estimates for so long
-constexpr std::size_t kRadioMin = 3;   ///< one weak packet is no weak radio
+constexpr double kRangeFresh_s = 2.0;  ///< a range is preferred to the estimates for this time
+constexpr std::size_t kRadioMin = 3;   ///< one weak packet alone does not count
 constexpr std::size_t kRadioMax = 2000;
-constexpr double kSureAgain = 0.8;  ///< of max_sigma_m
+constexpr double kSureAgain = 0.8;  ///< of max_sigma_m, to clear the condition
 
 bool is_number(const std::optional<double>& v) { return v && std::isfinite(*v); }
 
@@ -90,7 +90,7 @@ FinishReason FinishWatch::latching(const FinishInput& input) {
   if (rssi && *rssi < settings_.rssi_stop_dbm) return FinishReason::kSignal;
   if (far && *far > settings_.max_distance_m) return FinishReason::kDistance;
   if (settings_.rule == FinishRule::kPaper) return FinishReason::kNone;
-  if (is_number(input.battery_share) && *input.battery_share < settings_.battery_min) {
+  if (is_number(input.battery_fraction) && *input.battery_fraction < settings_.battery_min) {
     return FinishReason::kBattery;
   }
   return FinishReason::kNone;
@@ -113,24 +113,24 @@ FinishReason FinishWatch::clearing(const FinishInput& input, FinishView& view) {
 
 bool FinishWatch::is_unsure(const FinishInput& input) {
   if (!std::isfinite(input.sigma_m)) return unsure_;
-  least_sigma_m_ = std::min(least_sigma_m_, input.sigma_m);
-  const double grown_m2 = input.sigma_m * input.sigma_m - least_sigma_m_ * least_sigma_m_;
+  min_sigma_m_ = std::min(min_sigma_m_, input.sigma_m);
+  const double grown_m2 = input.sigma_m * input.sigma_m - min_sigma_m_ * min_sigma_m_;
   const double limit_m = settings_.max_sigma_m * (unsure_ ? kSureAgain : 1.0);
   const auto far_m = distance_m(input);
   const bool beside = far_m && *far_m < settings_.sigma_beyond_m;
-  return input.blind && !beside && grown_m2 > limit_m * limit_m;
+  return input.degenerate && !beside && grown_m2 > limit_m * limit_m;
 }
 
 bool FinishWatch::ranges_are_lost(const FinishInput& input, FinishView& view) {
   if (!back_since_) {
-    if (!input.blind || !input.moves) unheard_since_.reset();
-    if (input.blind && input.moves && !unheard_since_) unheard_since_ = input.t;
+    if (!input.degenerate || !input.moves) unheard_since_.reset();
+    if (input.degenerate && input.moves && !unheard_since_) unheard_since_ = input.t;
     const bool lost =
         unheard_since_ && seconds_between(*unheard_since_, input.t) >= settings_.range_lost_s;
     if (lost) back_since_ = input.t;
   }
   if (!back_since_) return false;
-  // First it drives back; only when it stands and still hears nothing, it has finished.
+  // First it drives back; it has finished only if it stops and still receives no range.
   const bool tried = seconds_between(*back_since_, input.t) >= settings_.range_lost_s;
   const bool given_up = tried && !input.moves;
   view.drive_back = !given_up;

@@ -44,7 +44,7 @@ TEST(FinishWatch, distance_is_that_of_a_fresh_range_and_else_of_the_estimates) {
   FinishWatch watch{FinishSettings{}};
   FinishInput in = at(0.0);
   in.range_m = 40.0;
-  in.distance_m = 70.0;  // the estimate has drifted: the range knows better
+  in.distance_m = 70.0;  // the estimate has drifted: the range is more accurate
   EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
   in = at(1.9);
   in.distance_m = 70.0;
@@ -56,14 +56,13 @@ TEST(FinishWatch, distance_is_that_of_a_fresh_range_and_else_of_the_estimates) {
   EXPECT_EQ(watch.step(in).reason, FinishReason::kDistance);
 }
 
-// The new anchor stood where the old one's limit was. Its ranges were heard and thrown away with
-// the distance: after 5 s each tag had lost them and stood, and the mission ended after 60 m of
-// 200.
+// The new anchor stood at the old one's limit. Its ranges were received and discarded with the
+// distance: after 5 s each tag had lost them and stopped, and the mission ended after 60 m of 200.
 TEST(FinishWatch, who_comes_from_afar_hears_ranges_that_do_not_end_its_round) {
   FinishWatch watch{FinishSettings{}};
   for (int k = 0; k < 100; ++k) {
     FinishInput in = at(0.2 * k);
-    in.blind = true;
+    in.degenerate = true;
     in.range_m = in.distance_m = 66.0 - 0.1 * k;
     in.rssi_dbm = -90.0;
     in.comes_from_afar = true;
@@ -138,7 +137,7 @@ TEST(FinishWatch, explored_holds_for_five_seconds_and_clears_with_a_new_frontier
 TEST(FinishWatch, ranges_lost_in_a_blind_stretch_first_send_it_back) {
   FinishWatch watch{FinishSettings{}};
   FinishInput in = at(0.0);
-  in.blind = true;
+  in.degenerate = true;
   EXPECT_FALSE(watch.step(in).drive_back);
   in.t = Time::from_s(4.9);
   EXPECT_FALSE(watch.step(in).drive_back);
@@ -172,7 +171,7 @@ TEST(FinishWatch, an_unsure_place_ends_it_and_clears_at_four_fifths) {
   const auto reason_at = [&watch](double t_s, double sigma_m) {
     FinishInput in = at(t_s);
     in.range_m = 10.0;
-    in.blind = true;
+    in.degenerate = true;
     in.sigma_m = sigma_m;
     return watch.step(in).reason;
   };
@@ -182,14 +181,14 @@ TEST(FinishWatch, an_unsure_place_ends_it_and_clears_at_four_fifths) {
   EXPECT_EQ(reason_at(3.0, 0.23), FinishReason::kNone);
 }
 
-// Two vehicles stopped a metre beside each other, each round anew: that is where ranges tell
-// nothing of the way, so there they stayed unsure and explored nothing more.
+// Two vehicles stopped a metre beside each other in each round. There ranges do not constrain the
+// direction of travel, so their sigma stayed large and they explored nothing more.
 TEST(FinishWatch, nobody_stops_for_a_place_that_is_unsure_beside_the_anchor) {
   FinishWatch watch{FinishSettings{}};
   const auto reason_at = [&watch](double t_s, double range_m, double sigma_m) {
     FinishInput in = at(t_s);
     in.range_m = range_m;
-    in.blind = true;
+    in.degenerate = true;
     in.sigma_m = sigma_m;
     return watch.step(in).reason;
   };
@@ -199,15 +198,15 @@ TEST(FinishWatch, nobody_stops_for_a_place_that_is_unsure_beside_the_anchor) {
   EXPECT_EQ(reason_at(4.0, 8.0, 0.5), FinishReason::kSigma);
 }
 
-// After some stands in a long tunnel everybody's sigma is above the bound: a round that counted
-// all of it would end as it begins, again and again, with the mission.
+// After some stops in a long tunnel every vehicle's sigma is above the bound: a round that counted
+// all of it would end at its start, again and again, with the mission.
 TEST(FinishWatch, what_was_unsure_when_the_round_began_does_not_end_it) {
   FinishWatch watch{FinishSettings{}};
   watch.new_round(Time::from_s(0.0));
   const auto reason_at = [&watch](double t_s, double sigma_m) {
     FinishInput in = at(t_s);
     in.range_m = 10.0;
-    in.blind = true;
+    in.degenerate = true;
     in.sigma_m = sigma_m;
     return watch.step(in).reason;
   };
@@ -221,7 +220,7 @@ TEST(FinishWatch, what_was_unsure_when_the_round_began_does_not_end_it) {
 TEST(FinishWatch, a_low_battery_and_the_operator_end_it) {
   FinishWatch battery{FinishSettings{}};
   FinishInput in = at(0.0);
-  in.battery_share = 0.05;
+  in.battery_fraction = 0.05;
   EXPECT_EQ(battery.step(in).reason, FinishReason::kBattery);
   FinishWatch stopped{FinishSettings{}};
   in = at(0.0);
@@ -235,9 +234,9 @@ TEST(FinishWatch, the_paper_knows_radio_distance_and_explored_only) {
   FinishWatch watch(settings);
   for (int k = 0; k < 30; ++k) {
     FinishInput in = at(k);
-    in.blind = true;
+    in.degenerate = true;
     in.sigma_m = 5.0;
-    in.battery_share = 0.01;
+    in.battery_fraction = 0.01;
     const FinishView view = watch.step(in);
     EXPECT_EQ(view.reason, FinishReason::kNone);
     EXPECT_FALSE(view.drive_back);
@@ -251,7 +250,7 @@ TEST(FinishWatch, numbers_that_are_none_and_late_inputs_change_nothing) {
   FinishWatch watch{FinishSettings{}};
   const double nan = std::numeric_limits<double>::quiet_NaN();
   FinishInput in = at(10.0);
-  in.rssi_dbm = in.range_m = in.distance_m = in.battery_share = nan;
+  in.rssi_dbm = in.range_m = in.distance_m = in.battery_fraction = nan;
   in.sigma_m = nan;
   EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
   in = at(9.0);

@@ -14,9 +14,9 @@ using geometry::Vec2;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kPassed_m = 1.0;   ///< both ends are this much farther away
-constexpr double kCutMin_m = 1.0;   ///< shorter ways are not worth a start
-constexpr double kCutCost_m = 1e4;  ///< ways that need no cut come first
-constexpr int kVia = 16;            ///< places beside the anchor that are tried
+constexpr double kCutMin_m = 1.0;   ///< shorter paths are not worth driving
+constexpr double kCutCost_m = 1e4;  ///< paths that need no cut are preferred
+constexpr int kVia = 16;            ///< places beside the anchor that are evaluated
 
 double distance_to_piece(const Vec2& p, const Vec2& a, const Vec2& b) {
   const Vec2 ab = b - a;
@@ -25,7 +25,7 @@ double distance_to_piece(const Vec2& p, const Vec2& a, const Vec2& b) {
   return (p - a - u * ab).norm();
 }
 
-/// The way without its last `back_m`.
+/// The path without its last `back_m`.
 std::vector<Vec2> shortened(std::vector<Vec2> path, double back_m) {
   while (path.size() > 1) {
     const Vec2 piece = path.back() - path[path.size() - 2];
@@ -44,14 +44,14 @@ class Planner {
  public:
   Planner(std::span<const Traveller> travellers, std::optional<std::size_t> anchor,
           std::span<const FrontierSpot> frontiers, const map::CellMap& map,
-          const std::vector<std::uint8_t>& passable, const BlindAxisAt& blind_axis,
+          const std::vector<std::uint8_t>& passable, const DegenerateAxisAt& degenerate_axis,
           const AnchorSettings& links, const GoalSettings& settings)
       : travellers_(travellers),
         anchor_(anchor),
         frontiers_(frontiers),
         map_(map),
         passable_(passable),
-        blind_axis_(blind_axis),
+        degenerate_axis_(degenerate_axis),
         links_(links),
         settings_(settings) {
     wide_ = open_ = passable_;
@@ -75,7 +75,7 @@ class Planner {
       std::optional<map::PathField> open;
       for (std::size_t k = 0; k < frontiers_.size(); ++k) {
         const bool again = std::find(missed.begin(), missed.end(), k) != missed.end();
-        options.push_back(again ? PlannedGoal{} : way(i, k, field));
+        options.push_back(again ? PlannedGoal{} : path(i, k, field));
         if (!again && options.back().reach == Reach::kNoPath) {
           if (!open) open.emplace(map_, open_, travellers_[i].place_map_m);
           options.back() = behind_others(i, k, *open);
@@ -97,9 +97,9 @@ class Planner {
     for (std::size_t row = 0; row < movers.size(); ++row) {
       if (!chosen[row]) continue;
       PlannedGoal& goal = options[row * frontiers_.size() + *chosen[row]];
-      for (const PredictedPlace& q :
-           predict_places(goal.path_map_m, blind_axis_, links_.spacing_m)) {
-        if (q.blind_axis) out.link_least = std::min(out.link_least, link_at(q.place_map_m));
+      for (const PredictedLandmark& q :
+           predict_places(goal.path_map_m, degenerate_axis_, links_.spacing_m)) {
+        if (q.degenerate_axis) out.link_min = std::min(out.link_min, link_at(q.place_map_m));
       }
       out.goals[movers[row]] = std::move(goal);
     }
@@ -129,7 +129,7 @@ class Planner {
     return goal;
   }
 
-  [[nodiscard]] PlannedGoal way(std::size_t i, std::size_t k, const map::PathField& field) const {
+  [[nodiscard]] PlannedGoal path(std::size_t i, std::size_t k, const map::PathField& field) const {
     PlannedGoal goal = path_over(i, k, field);
     if (goal.reach == Reach::kNoPath) return goal;
     goal.path_map_m = shortened(std::move(goal.path_map_m), settings_.frontier_back_m);
@@ -139,13 +139,13 @@ class Planner {
     return goal;
   }
 
-  /// Where others stand in every path: as far as around_m before the first of them.
+  /// Where vehicles block every path: up to around_m before the first of them.
   [[nodiscard]] PlannedGoal behind_others(std::size_t i, std::size_t k,
                                           const map::PathField& open) const {
     PlannedGoal goal = path_over(i, k, open);
     if (goal.reach == Reach::kNoPath) return goal;
     double free_m = 0.0;
-    for (const PredictedPlace& q : predict_places(goal.path_map_m, {}, map_.cell_m)) {
+    for (const PredictedLandmark& q : predict_places(goal.path_map_m, {}, map_.cell_m)) {
       if (nearest_stander_m(q.place_map_m) < settings_.around_m) break;
       free_m += map_.cell_m;
     }
@@ -173,12 +173,12 @@ class Planner {
     goal.passes = leads_past(goal.path_map_m, anchor, settings_.passed_m);
     if (goal.passes) return;
     const double direct_m = length_of(goal.path_map_m);
-    double least_m = direct_m + settings_.pass_detour_m;
+    double min_m = direct_m + settings_.pass_detour_m;
     for (int v = 0; v < kVia; ++v) {
       const double angle = 2.0 * 3.14159265358979323846 * v / kVia;
       const Vec2 via = anchor + settings_.pass_side_m * Vec2(std::cos(angle), std::sin(angle));
       const auto cell = map_.cell_at(via);
-      if (!(field.length_m(cell) < least_m)) continue;
+      if (!(field.length_m(cell) < min_m)) continue;
       const map::PathField onward(map_, cells_of(travellers_[i]), via);
       std::vector<Vec2> path = field.path_to(cell);
       const auto rest = shortened(onward.path_to(map_.cell_at(frontiers_[k].centre_map_m)),
@@ -186,21 +186,21 @@ class Planner {
       if (rest.size() < 2) continue;
       path.insert(path.end(), rest.begin() + 1, rest.end());
       const double length_m = length_of(path);
-      if (!(length_m < least_m) || !leads_past(path, anchor, settings_.passed_m)) continue;
-      least_m = length_m;
+      if (!(length_m < min_m) || !leads_past(path, anchor, settings_.passed_m)) continue;
+      min_m = length_m;
       goal.path_map_m = std::move(path);
       goal.passes = true;
     }
   }
 
-  /// Ends the way before the first place without a link that needs one.
+  /// Cuts the path before the first place that needs a link and has none.
   void cut(const Traveller& traveller, PlannedGoal& goal) const {
-    const auto places = predict_places(goal.path_map_m, blind_axis_, links_.spacing_m);
+    const auto places = predict_places(goal.path_map_m, degenerate_axis_, links_.spacing_m);
     double good_m = 0.0, at_m = 0.0;
     const double total_m = length_of(goal.path_map_m);
-    for (const PredictedPlace& q : places) {
+    for (const PredictedLandmark& q : places) {
       at_m = std::min(at_m + links_.spacing_m, total_m);
-      const bool linked = !q.blind_axis || link_at(q.place_map_m) >= settings_.link_min;
+      const bool linked = !q.degenerate_axis || link_at(q.place_map_m) >= settings_.link_min;
       if (!linked) goal.reach = Reach::kNoLink;
       if (leaves(traveller, q.place_map_m)) goal.reach = Reach::kTooFar;
       if (goal.is_cut()) break;
@@ -222,7 +222,8 @@ class Planner {
     for (const Traveller& t : travellers_) {
       if (!t.stands) continue;
       const double link = link_chance((t.place_map_m - place).norm(), links_);
-      if (link > best) best = std::max(best, link * map::sight_share(map_, t.place_map_m, place));
+      if (link > best)
+        best = std::max(best, link * map::sight_fraction(map_, t.place_map_m, place));
     }
     return best;
   }
@@ -231,10 +232,10 @@ class Planner {
   std::optional<std::size_t> anchor_;
   std::span<const FrontierSpot> frontiers_;
   const map::CellMap& map_;
-  std::vector<std::uint8_t> passable_;  ///< but where somebody stands
+  std::vector<std::uint8_t> passable_;  ///< without the surroundings of vehicles at standstill
   std::vector<std::uint8_t> wide_;      ///< likewise, with around_m
-  std::vector<std::uint8_t> open_;      ///< as if nobody stood anywhere
-  const BlindAxisAt& blind_axis_;
+  std::vector<std::uint8_t> open_;      ///< ignoring all vehicles
+  const DegenerateAxisAt& degenerate_axis_;
   const AnchorSettings& links_;
   const GoalSettings& settings_;
 };
@@ -266,8 +267,8 @@ double length_of(std::span<const Vec2> path_map_m) {
   return sum;
 }
 
-bool is_passage(double first_m, double least_m, double last_m, double near_m) {
-  return least_m <= near_m && std::min(first_m, last_m) >= least_m + kPassed_m;
+bool is_passage(double first_m, double min_m, double last_m, double near_m) {
+  return min_m <= near_m && std::min(first_m, last_m) >= min_m + kPassed_m;
 }
 
 bool leads_past(std::span<const Vec2> path_map_m, const Vec2& place_map_m, double near_m) {
@@ -276,16 +277,18 @@ bool leads_past(std::span<const Vec2> path_map_m, const Vec2& place_map_m, doubl
   for (std::size_t i = 0; i + 1 < path_map_m.size(); ++i) {
     nearest = std::min(nearest, distance_to_piece(place_map_m, path_map_m[i], path_map_m[i + 1]));
   }
-  const double begin_m = (path_map_m.front() - place_map_m).norm();
+  const double start_m = (path_map_m.front() - place_map_m).norm();
   const double end_m = (path_map_m.back() - place_map_m).norm();
-  return is_passage(begin_m, nearest, end_m, near_m);
+  return is_passage(start_m, nearest, end_m, near_m);
 }
 
 GoalPlan plan_goals(std::span<const Traveller> travellers, std::optional<std::size_t> anchor,
                     std::span<const FrontierSpot> frontiers, const map::CellMap& map,
-                    const std::vector<std::uint8_t>& passable, const BlindAxisAt& blind_axis,
-                    const AnchorSettings& links, const GoalSettings& settings) {
-  return Planner(travellers, anchor, frontiers, map, passable, blind_axis, links, settings).plan();
+                    const std::vector<std::uint8_t>& passable,
+                    const DegenerateAxisAt& degenerate_axis, const AnchorSettings& links,
+                    const GoalSettings& settings) {
+  return Planner(travellers, anchor, frontiers, map, passable, degenerate_axis, links, settings)
+      .plan();
 }
 
 }  // namespace rali::fleet

@@ -20,9 +20,10 @@ const map::CellMap& map_of_test() {
 
 GoalPlan plan(const std::vector<Traveller>& travellers, std::optional<std::size_t> anchor,
               const std::vector<FrontierSpot>& frontiers, const GoalSettings& settings = {},
-              const BlindAxisAt& blind = {}, const AnchorSettings& links = {}) {
+              const DegenerateAxisAt& degenerate = {}, const AnchorSettings& links = {}) {
   const auto passable = map::passable_cells(map_of_test(), 0.3);
-  return plan_goals(travellers, anchor, frontiers, map_of_test(), passable, blind, links, settings);
+  return plan_goals(travellers, anchor, frontiers, map_of_test(), passable, degenerate, links,
+                    settings);
 }
 
 std::optional<Vec2> along_x(const Vec2& /*place*/) { return Vec2(1.0, 0.0); }
@@ -52,18 +53,18 @@ TEST(Goals, stop_before_the_frontier_and_stay_out_of_the_walls) {
   EXPECT_NEAR((path.front() - Vec2(2.0, 0.5)).norm(), 0.0, 0.2);
   EXPECT_NEAR((path.back() - kRoom.centre_map_m).norm(), 0.5, 0.2);
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    EXPECT_EQ(map::sight_share(map_of_test(), path[i], path[i + 1]), 1.0);
+    EXPECT_EQ(map::sight_fraction(map_of_test(), path[i], path[i + 1]), 1.0);
   }
 }
 
-TEST(Goals, are_none_where_no_way_leads) {
+TEST(Goals, are_none_where_no_path_leads) {
   const auto out = plan({{id(2), {2.0, 0.5}}}, std::nullopt, {{1, {25.0, -2.8}, 99.0}});
   EXPECT_FALSE(out.goals[0].frontier.has_value());
 }
 
 TEST(Goals, end_in_a_blind_stretch_where_no_range_arrives_any_more) {
   AnchorSettings links;
-  links.range_limit_m = 20.0;  // one half there
+  links.range_limit_m = 20.0;  // probability of one half there
   links.range_soft_m = 1.0;
   const std::vector<Traveller> two = {{id(1), {0.0, 0.0}, true, false, false}, {id(2), {2.0, 0.5}}};
   const auto out = plan(two, 0, {kEnd}, {}, along_x, links);
@@ -71,7 +72,7 @@ TEST(Goals, end_in_a_blind_stretch_where_no_range_arrives_any_more) {
   EXPECT_EQ(out.goals[1].reach, Reach::kNoLink);
   EXPECT_LE(out.goals[1].path_map_m.back().x(), 20.1);
   EXPECT_GE(out.goals[1].path_map_m.back().x(), 17.0);
-  EXPECT_GE(out.link_least, 0.5);
+  EXPECT_GE(out.link_min, 0.5);
   const auto seeing = plan(two, 0, {kEnd}, {}, {}, links);
   EXPECT_FALSE(seeing.goals[1].is_cut()) << "where the LiDAR sees all no range is needed";
   EXPECT_GT(seeing.goals[1].path_map_m.back().x(), 48.0);
@@ -81,13 +82,13 @@ TEST(Goals, prefer_a_frontier_that_needs_no_cut) {
   AnchorSettings links;
   links.range_limit_m = 32.0;
   links.range_soft_m = 1.0;
-  // The room is smaller and farther round, but the whole way to its door is linked.
-  const auto blind_in_corridor = [](const Vec2& p) -> std::optional<Vec2> {
+  // The room is smaller and its path longer, but the whole path to its door is linked.
+  const auto degenerate_in_corridor = [](const Vec2& p) -> std::optional<Vec2> {
     if (p.y() > 1.5) return std::nullopt;
     return Vec2(1.0, 0.0);
   };
   const auto out = plan({{id(1), {0.0, 0.0}, true, false, false}, {id(2), {2.0, 0.5}}}, 0,
-                        {{1, {49.5, 0.0}, 90.0}, kRoom}, {}, blind_in_corridor, links);
+                        {{1, {49.5, 0.0}, 90.0}, kRoom}, {}, degenerate_in_corridor, links);
   ASSERT_TRUE(out.goals[1].frontier.has_value());
   EXPECT_EQ(*out.goals[1].frontier, 1U);
   EXPECT_FALSE(out.goals[1].is_cut());
@@ -127,13 +128,13 @@ TEST(Goals, of_a_warned_vehicle_lead_no_further_from_the_anchor) {
 }
 
 TEST(Goals, lead_around_whoever_stands_and_close_up_to_it_where_that_leaves_no_room) {
-  // The corridor is 3 m wide, of which 2.4 m are left for the middle of a vehicle.
+  // The corridor is 3 m wide, of which 2.4 m are left for the centre of a vehicle.
   std::vector<Traveller> column = {{id(1), {10.0, 0.0}, true}, {id(2), {2.0, 0.0}}};
   const auto past = plan(column, 0, {kEnd});
   ASSERT_TRUE(past.goals[1].frontier.has_value());
   EXPECT_EQ(past.goals[1].reach, Reach::kThere);
   double nearest_m = 99.0;
-  for (const PredictedPlace& q : predict_places(past.goals[1].path_map_m, {}, 0.05)) {
+  for (const PredictedLandmark& q : predict_places(past.goals[1].path_map_m, {}, 0.05)) {
     nearest_m = std::min(nearest_m, (q.place_map_m - Vec2(10.0, 0.0)).norm());
   }
   EXPECT_GT(nearest_m, 0.65) << "0.8 m less the side of a cell";

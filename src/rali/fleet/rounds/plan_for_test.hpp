@@ -1,6 +1,6 @@
 #pragma once
 
-// A place to plan in, for the tests of this folder.
+// A map for planning, for the tests of this folder.
 
 #include <algorithm>
 #include <limits>
@@ -37,20 +37,20 @@ inline map::CellMap corridor_with_room() {
   return map;
 }
 
-/// Least cost of giving as many rows as possible a column each.
+/// Least cost of assigning as many rows as possible a column each.
 inline double least_by_trying(const CostTable& table) {
   const std::size_t n = std::max(table.rows, table.columns);
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   do {
     double cost = 0.0;
     for (std::size_t r = 0; r < table.rows; ++r) {
       if (order[r] < table.columns) cost += table.at(r, order[r]);
     }
-    least = std::min(least, cost);
+    minimum = std::min(minimum, cost);
   } while (std::next_permutation(order.begin(), order.end()));
-  return least;
+  return minimum;
 }
 
 }  // namespace rali::fleet::test

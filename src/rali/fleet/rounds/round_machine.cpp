@@ -151,7 +151,7 @@ void RoundMachine::frontiers_seen(std::span<const map::FrontierArea> frontiers,
     gone_.push_back(std::move(old));
   }
   seen_ = std::move(now);
-  // A list without an open frontier proves something only when no keyframe is still on its way.
+  // A list without an open frontier counts only when no keyframe is still in transit.
   looks_without_ = any_open ? 0.0 : looks_without_ + (facts_agree ? 1.0 : 0.0);
 }
 

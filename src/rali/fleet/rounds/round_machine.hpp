@@ -16,10 +16,10 @@ namespace rali::fleet {
 
 /// Why a round has ended.
 enum class RoundEnd : std::uint8_t {
-  kOpen,      ///< it goes on
+  kOpen,      ///< it continues
   kFinished,  ///< all tags have finished
   kTimeout,
-  kAnchorMoved,  ///< it did not stand any longer
+  kAnchorMoved,  ///< it no longer kept standstill
   kAnchorLost,   ///< another took over without a hand-over
   kExplored,     ///< end of the mission: no frontier is left
   kOperator,
@@ -39,15 +39,15 @@ struct RoundRow {
   std::uint32_t round = 0;  ///< from 1
   VehicleId anchor;
   Time start;
-  std::optional<Time> end;  ///< none: it goes on
+  std::optional<Time> end;  ///< none: it continues
   RoundEnd ended_by = RoundEnd::kOpen;
   std::optional<VehicleId> next_anchor;
-  std::optional<std::uint32_t> frontier;  ///< that decided about the next anchor
+  std::optional<std::uint32_t> frontier;  ///< that decided the choice of the next anchor
 
   bool operator==(const RoundRow&) const = default;
 };
 
-/// One line of frontiers.csv: a frontier as it was when its round ended.
+/// One line of frontiers.csv: a frontier at the end of its round.
 struct FrontierRow {
   std::uint32_t round = 0;
   std::uint32_t id = 0;
@@ -62,28 +62,28 @@ struct FrontierRow {
 
 [[nodiscard]] std::string_view name_of(map::FrontierState state);
 
-/// What any vehicle can tell of the rounds of a mission, from what it hears: which round, who is
-/// anchor, who has finished why, who is next, and when there is nothing left (algorithms_fleet
+/// State of a mission's rounds as any vehicle can derive it from received messages: the round, its
+/// anchor, who has finished and why, the next anchor, and the end of the mission (algorithms_fleet
 /// 10.4). It decides nothing about roles: RoleMachine does.
 class RoundMachine {
  public:
   explicit RoundMachine(const RoundSettings& settings) : settings_(settings) {}
 
-  /// A vehicle is anchor (commit heard, or own). The same anchor in a new term is no new round;
+  /// A vehicle is anchor (commit received, or own). The same anchor in a new term is no new round;
   /// a round that was open ends by kAnchorLost.
   void anchor_began(VehicleId anchor, Time t, bool new_round = true);
-  /// A tag has finished, or (kNone) goes on after all.
+  /// A tag has finished, or (kNone) continues after all.
   void tag_finished(VehicleId vehicle, FinishReason reason);
   /// The anchor has sealed.
   void anchor_ended(RoundEnd why, Time t);
   /// Named in a hand-over.
   void next_chosen(VehicleId next, std::optional<std::uint32_t> frontier);
-  /// The frontiers of the merged map, named by map::FrontierBook; `vehicles[k]` is whom
-  /// FrontierArea::nearest = k means. `facts_agree`: all inventories are equal, so that none is
-  /// missing because its keyframes are.
+  /// The frontiers of the merged map, identified by map::FrontierBook; `vehicles[k]` is the vehicle
+  /// of FrontierArea::nearest = k. `facts_agree`: all inventories are equal, so that no frontier is
+  /// missing for lack of keyframes.
   void frontiers_seen(std::span<const map::FrontierArea> frontiers,
                       std::span<const VehicleId> vehicles, bool facts_agree);
-  /// An open frontier of the last look, with which the mission ends: what kept the vehicles from
+  /// An open frontier of the last look at the end of the mission: why the vehicles did not reach
   /// it.
   void frontier_stopped(std::uint32_t frontier, std::string why);
   /// No more data: closes the open round.
@@ -97,7 +97,7 @@ class RoundMachine {
   /// Why a vehicle has finished in this round; kNone: it has not.
   [[nodiscard]] FinishReason finished(VehicleId vehicle) const;
 
-  /// No open frontier in `evaluations` looks in a row, while all facts were there.
+  /// No open frontier in `evaluations` consecutive looks, while all facts were present.
   [[nodiscard]] bool mission_over() const;
 
   [[nodiscard]] const std::vector<RoundRow>& rounds() const { return rows_; }
@@ -117,11 +117,11 @@ class RoundMachine {
   std::vector<FrontierRow> frontier_rows_;
   std::vector<Done> finished_;
   std::vector<FrontierRow> seen_;  ///< at the last look
-  std::vector<FrontierRow> gone_;  ///< open once in this round, not any more
+  std::vector<FrontierRow> gone_;  ///< open earlier in this round, not any more
   double looks_without_ = 0.0;
 };
 
-/// An interval in which a vehicle stood.
+/// An interval in which a vehicle was at standstill.
 struct Stand {
   VehicleId vehicle;
   Time start, end;
@@ -129,15 +129,16 @@ struct Stand {
   bool operator==(const Stand&) const = default;
 };
 
-/// Finds the stands of one vehicle of at least stand_min_s in its at-rest marks, fed by time.
+/// Finds the standstills of one vehicle of at least stand_min_s in its at-rest marks, fed by time.
 class StandFinder {
  public:
   StandFinder(VehicleId vehicle, double stand_min_s)
       : vehicle_(vehicle), stand_min_s_(stand_min_s) {}
 
-  /// Marks of a time before the last, and gaps above 2 s, end a stand: nobody knows what was there.
+  /// Marks older than the last, and gaps above 2 s, end a standstill: the state meanwhile is
+  /// unknown.
   void add(Time t, bool at_rest);
-  /// All stands so far, the present one included if it is long enough.
+  /// All standstills so far, the current one included if it is long enough.
   [[nodiscard]] std::vector<Stand> stands() const;
 
  private:
@@ -150,15 +151,16 @@ class StandFinder {
   std::vector<Stand> stands_;
 };
 
-/// Rounds of a recording that was not made in rounds (algorithms_fleet 10.6): whoever stands is
-/// anchor; of several the one who stands longest, until it leaves. Stands may overlap and come in
-/// any order; those shorter than stand_min_s are left out. Times without anchor have no round.
+/// Rounds of a recording that was not made in rounds (algorithms_fleet 10.6): a vehicle at
+/// standstill is anchor; of several the one with the longest standstill, until it leaves.
+/// Standstills may overlap and come in any order; those shorter than stand_min_s are left out.
+/// Times without anchor have no round.
 [[nodiscard]] std::vector<RoundRow> rounds_of_stands(std::span<const Stand> stands,
                                                      double stand_min_s);
 
-/// Rounds as the user's table gives them (fleet.yaml `rounds: FILE`): a row is (anchor, start,
-/// end). Errors (kInput), with the number of the row, counted from 1: an interval that ends before
-/// it begins, or begins before the one above has ended.
+/// Rounds from the user's table (fleet.yaml `rounds: FILE`): a row is (anchor, start, end). Errors
+/// (kInput), with the number of the row, counted from 1: an interval that ends before it starts, or
+/// starts before the previous one has ended.
 [[nodiscard]] Result<std::vector<RoundRow>> rounds_of_table(std::span<const Stand> table);
 
 /// The anchor at a time, if a round has one.

@@ -23,7 +23,7 @@ map::FrontierArea area(std::uint32_t number, map::FrontierState state, double x_
   return f;
 }
 
-TEST(RoundMachine, tells_a_mission_of_two_rounds) {
+TEST(RoundMachine, reports_a_mission_of_two_rounds) {
   RoundMachine machine{RoundSettings{}};
   EXPECT_EQ(machine.round(), 0U);
   EXPECT_FALSE(machine.anchor().has_value());
@@ -137,7 +137,7 @@ TEST(StandFinder, a_gap_in_the_marks_ends_a_stand_and_the_last_one_counts) {
   EXPECT_NEAR(stands[0].end.s(), 4.0, 1e-6);
   EXPECT_NEAR(stands[1].start.s(), 20.0, 1e-6);
   EXPECT_NEAR(stands[1].end.s(), 24.0, 1e-6);
-  finder.add(at(1.0), true);  // time runs back
+  finder.add(at(1.0), true);  // time runs backwards
   EXPECT_EQ(finder.stands().size(), 2U);
 }
 

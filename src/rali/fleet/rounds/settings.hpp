@@ -19,9 +19,9 @@ struct FinishSettings {
   double range_lost_s = 5.0;
   double max_sigma_m = 0.3;
   double sigma_beyond_m = 5.0;
-  double warn_rssi_db = 5.0;   ///< no goals further out from here on
-  double warn_distance = 0.1;  ///< likewise, share of max_distance_m
-  double battery_min = 0.1;    ///< share
+  double warn_rssi_db = 5.0;   ///< no goals farther out from here on
+  double warn_distance = 0.1;  ///< likewise, fraction of max_distance_m
+  double battery_min = 0.1;    ///< fraction
 
   /// Distance to the anchor beyond which no goal leads farther away [m].
   [[nodiscard]] double warn_from_m() const { return max_distance_m * (1.0 - warn_distance); }
@@ -52,16 +52,16 @@ inline constexpr ChoiceNames<2> kAnchorCandidatesNames = {"tags", "all"};
 enum class FrontierDistance : std::uint8_t { kEuclid, kPath };
 inline constexpr ChoiceNames<2> kFrontierDistanceNames = {"euclid", "path"};
 
-/// Who is the next anchor (algorithms_fleet 10.3).
+/// Choice of the next anchor (algorithms_fleet 10.3).
 struct AnchorSettings {
   AnchorChoice choice = AnchorChoice::kInformed;
   AnchorCandidates candidates = AnchorCandidates::kAll;
   FrontierDistance distance = FrontierDistance::kPath;
-  double range_limit_m = 60.0;  ///< a link is an even chance here
+  double range_limit_m = 60.0;  ///< the link probability is one half here
   double range_soft_m = 8.0;    ///< width of that change
-  double c_sat = 0.5;           ///< sight along the blind axis beyond which more does not help
+  double c_sat = 0.5;           ///< cosine to the degenerate axis that is sufficient
   double path_cost = 0.02;      ///< per metre
-  double near_m = 5.0;          ///< places this near to a vehicle are considered, too
+  double near_m = 5.0;          ///< places this close to a vehicle are considered, too
   double spacing_m = 2.0;       ///< of predicted places
 
   template <class V>
@@ -78,16 +78,17 @@ struct AnchorSettings {
   }
 };
 
-/// Where the others go (algorithms_fleet 10.4).
+/// Choice of goals (algorithms_fleet 10.4).
 struct GoalSettings {
-  double size_weight = 0.5;      ///< of a frontier, against metres of way
-  double link_min = 0.5;         ///< chance of a range to somebody who stands, all along the way
+  double size_weight = 0.5;      ///< of a frontier, against metres of path
+  double link_min = 0.5;         ///< probability of a range to a vehicle at standstill, all along
+                                 ///< the path
   bool pass_anchor = true;       ///< start behind or beside the anchor and drive past it
-  double pass_side_m = 1.2;      ///< beside the anchor, where a pass is planned
+  double pass_side_m = 1.2;      ///< distance to the anchor, where a pass is planned
   double passed_m = 4.0;         ///< passed if nearer than this
-  double pass_detour_m = 15.0;   ///< a way past it may be this much longer
-  double beside_m = 0.8;         ///< ways keep this far from whoever stands, ...
-  double around_m = 2.0;         ///< ... and this far if a vehicle could not get past
+  double pass_detour_m = 15.0;   ///< a path past it may be this much longer
+  double beside_m = 0.8;         ///< distance of paths from vehicles at standstill, ...
+  double around_m = 2.0;         ///< ... and if a vehicle could not pass
   double frontier_back_m = 0.5;  ///< stop this much before the frontier
 
   template <class V>
@@ -111,8 +112,8 @@ inline constexpr ChoiceNames<3> kRoundModeNames = {"roles", "none", "auto"};
 /// Settings of the rounds.
 struct RoundSettings {
   RoundMode mode = RoundMode::kAuto;
-  double stand_min_s = 3.0;  ///< who stands this long serves as anchor (10.6)
-  double evaluations = 2.0;  ///< in a row without frontier: the mission is over
+  double stand_min_s = 3.0;  ///< standstill of this length makes an anchor (10.6)
+  double evaluations = 2.0;  ///< consecutive ones without frontier end the mission
   FinishSettings finish;
   AnchorSettings anchor;
   GoalSettings goals;

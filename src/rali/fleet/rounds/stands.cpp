@@ -8,13 +8,13 @@
 namespace rali::fleet {
 namespace {
 
-constexpr double kGap_s = 2.0;  ///< between two marks; longer, and nobody knows
+constexpr double kGap_s = 2.0;  ///< between two marks; beyond it the state is unknown
 
 }  // namespace
 
 void StandFinder::add(Time t, bool at_rest) {
   if (since_ && (t < last_ || seconds_between(last_, t) > kGap_s)) close();
-  // The mark says how the vehicle is at t: a stand ends at the last mark that says so.
+  // A mark gives the state at t: a standstill ends at its last mark.
   if (!at_rest) close();
   if (at_rest && !since_) since_ = t;
   last_ = t;
@@ -44,8 +44,8 @@ std::vector<RoundRow> rounds_of_stands(std::span<const Stand> stands, double sta
   std::vector<RoundRow> rows;
   Time t = open.empty() ? Time{} : open.front().start;
   for (;;) {
-    const Stand* best = nullptr;   // of all who stand at t, the one who stands longest
-    const Stand* later = nullptr;  // else whoever stands next
+    const Stand* best = nullptr;   // of the vehicles at standstill at t, the one that stays longest
+    const Stand* later = nullptr;  // else the next one to stop
     for (const Stand& s : open) {
       if (s.start > t && later == nullptr) later = &s;
       if (s.start <= t && s.end > t && (best == nullptr || s.end > best->end)) best = &s;

@@ -19,7 +19,7 @@
 #include "rali/host/live_host.hpp"
 #include "rali/host/view_outputs.hpp"
 
-/// What LiveHost is made of: each file live_host_*.cpp holds what one thread runs.
+/// Implementation of LiveHost: each file live_host_*.cpp holds the work of one thread.
 namespace rali::host {
 
 inline constexpr Duration kDiskWait = Duration::from_ns(100'000'000);
@@ -32,7 +32,7 @@ inline std::span<const std::uint8_t> as_octets_of(const wire::Bytes& bytes) {
   return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
 }
 
-/// A raw message on its way to the recording.
+/// A raw message for the recording.
 struct Recorded {
   net::RosTopic topic;
   Time t;
@@ -66,13 +66,13 @@ class LiveHost::Impl {
   void keep_poses();
   void drain_outbox();
 
-  // Those of the disk, the recording, the poses and the serial port.
+  // Threads of the disk, the recording, the poses and the serial port.
   void disk_loop(const std::atomic<bool>& end);
   void record_loop(const std::atomic<bool>& end);
   void poses_loop(const std::atomic<bool>& end);
   void serial_loop(const std::atomic<bool>& end);
 
-  // The caller's.
+  // The caller's thread.
   void fleet_step(HostListener& listener);
   void hand_out(HostListener& listener);
   void take_jobs(HostTime now);
@@ -107,7 +107,7 @@ class LiveHost::Impl {
   Status poses_status_;
   std::atomic<std::uint64_t> disk_free_{0}, disk_waiting_{0};
 
-  // One each, so that neither goals nor the picture wait for an estimate.
+  // One worker each, so that neither goals nor the picture wait for an estimate.
   JobWorker estimates_{std::make_unique<SerialExecutor>()};
   JobWorker explorations_{std::make_unique<SerialExecutor>()};
   JobWorker pictures_{std::make_unique<SerialExecutor>()};
@@ -115,7 +115,7 @@ class LiveHost::Impl {
   DurationStats steps_;
   std::optional<Time> next_tick_, next_second_, t_rates_;
   std::map<VehicleId, std::uint64_t> bytes_before_;
-  std::uint64_t refused_told_ = 0;
+  std::uint64_t refused_reported_ = 0;
   LiveState last_state_;
 };
 

@@ -9,7 +9,7 @@
 
 namespace rali::host {
 
-/// A bus whose other end is the test: it sees what is published and hands in what arrives.
+/// A bus with the test at its other end: the test reads published messages and injects others.
 class BusForTest final : public net::RosBus {
  public:
   Result<int> advertise(const net::RosTopic& topic) override {
@@ -37,7 +37,7 @@ class BusForTest final : public net::RosBus {
     return listened.contains(publications.at(static_cast<std::size_t>(publication)).name) ? 1 : 0;
   }
 
-  /// Something arrives on a topic that somebody has subscribed to.
+  /// A message arrives on a subscribed topic.
   void arrive(const std::string& topic, const std::vector<std::byte>& bytes) {
     for (std::size_t s = 0; s < subscriptions.size(); ++s) {
       if (subscriptions[s].name != topic) continue;

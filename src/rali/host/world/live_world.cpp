@@ -16,9 +16,9 @@ namespace {
 
 using ScanPtr = std::shared_ptr<const sensor::LidarScan>;
 
-// As drivers of these sensors publish, and as ROS 2 readers of sensor data ask for.
+// The profile of drivers of these sensors and of ROS 2 subscribers to sensor data.
 constexpr net::RosQos kSensorQos{.reliable = false, .transient_local = false, .depth = 5};
-// A LiDAR's reader may miss a scan; one that waits for the next inertial sample may not.
+// A LiDAR subscriber may miss a scan; one that waits for the next inertial sample may not.
 constexpr net::RosQos kImuQos{.reliable = true, .transient_local = false, .depth = 400};
 constexpr net::RosQos kStatusQos{.reliable = true, .transient_local = true, .depth = 1};
 
@@ -41,7 +41,7 @@ wire::GoalStatus::State state_of(sim::DriveStatus status) {
   return wire::GoalStatus::kUnknown;
 }
 
-/// The n-th goal of a vehicle, told apart from all others of this world.
+/// A unique id for the n-th goal of this world.
 std::array<std::uint8_t, 16> goal_id(std::uint64_t n) {
   std::array<std::uint8_t, 16> id{};
   for (std::size_t byte = 0; byte < 8; ++byte) {
@@ -119,7 +119,7 @@ void LiveWorld::on_message(const sim::FleetMessage& message) {
   } else if (const auto* range = std::get_if<sensor::RangeSample>(&message.data)) {
     send(*range);
   }
-  // The strength of the data link has no topic: a radio's own software measures it.
+  // The signal strength has no topic: a radio's own software measures it.
 }
 
 void LiveWorld::send(const sensor::LidarScan& scan, const Vehicle& vehicle) {
@@ -128,7 +128,7 @@ void LiveWorld::send(const sensor::LidarScan& scan, const Vehicle& vehicle) {
   publish(vehicle.cloud, wire::encode(cloud.view, wire::Encoding::kCdr));
 }
 
-/// Both radios of an exchange know its range.
+/// Both radios of an exchange publish its range.
 void LiveWorld::send(const sensor::RangeSample& range) {
   const std::size_t from = range.from.value, to = range.to.value;
   if (from >= vehicles_.size() || to >= vehicles_.size()) return;
@@ -153,7 +153,7 @@ void LiveWorld::take_goal(Vehicle& vehicle, const net::RosMessage& message, Time
   }
   ++counts_.goals;
   vehicle.waiting = std::move(*goal);
-  // A new goal replaces the old one, and has an id of its own from the time it is known.
+  // A new goal replaces the old one, and gets its own id when it arrives.
   wire::GoalStatus status;
   status.goal_id = goal_id(counts_.goals);
   status.accepted = now;
@@ -199,7 +199,7 @@ void LiveWorld::take(Time now) {
   }
 }
 
-/// A goal waits until the vehicle knows where it is in the map.
+/// A goal waits until the vehicle's pose in the map is known.
 std::optional<sim::DriveCommand> LiveWorld::command(std::size_t index) {
   Vehicle& vehicle = vehicles_[index];
   if (!vehicle.waiting || !vehicle.T_map_odom || !vehicle.T_odom_body) return std::nullopt;
@@ -214,7 +214,7 @@ std::optional<sim::DriveCommand> LiveWorld::command(std::size_t index) {
 }
 
 void LiveWorld::send_status(Vehicle& vehicle, const sim::DriveReport& report) {
-  // A command is obeyed after it was returned: until then the report is of the goal before.
+  // A command takes effect after it was returned: until then the report is of the previous goal.
   if (vehicle.status_sent.goals.empty() || vehicle.waiting || report.goals < vehicle.goals) return;
   wire::GoalStatus& status = vehicle.status_sent.goals.front();
   const wire::GoalStatus::State state = state_of(report.status);

@@ -20,20 +20,20 @@ struct LiveWorldOptions {
   sim::Lidar lidar = sim::Lidar::kRs16;
 };
 
-/// What has come to the world so far.
+/// Messages received by the world so far.
 struct LiveWorldCounts {
   std::uint64_t goals = 0;
-  std::uint64_t unreadable = 0;  ///< messages to the world: left out
+  std::uint64_t unreadable = 0;  ///< messages to the world: dropped
 };
 
-/// A simulated world that speaks ROS 2 only, as robots would: each vehicle's sensors are topics
-/// under its name, and what Nav2 would do is done by the simulated drivers. A vehicle goes where
-/// `/<v>/goal_pose` says, places it by `/tf` (map to odom) and `/<v>/odom`, and reports in
-/// `/<v>/navigate_to_pose/_action/status` what became of the goal.
+/// A simulated world with ROS 2 interfaces only, like real robots: each vehicle's sensors are
+/// topics under its name, and the simulated drivers take the part of Nav2. A vehicle drives to
+/// `/<v>/goal_pose`, located by `/tf` (map to odom) and `/<v>/odom`. It reports the state of the
+/// goal in `/<v>/navigate_to_pose/_action/status`.
 class LiveWorld final : public sim::FleetSoftware {
  public:
-  /// @param wait  blocks until the given time of the world is due, however long that takes; false
-  ///              ends the mission
+  /// @param wait blocks until the given time of the world is due, however long that takes; false
+  /// ends the mission
   /// Errors: those of RosBus.
   [[nodiscard]] static Result<std::unique_ptr<LiveWorld>> make(net::RosBus& bus,
                                                                const LiveWorldOptions& options,
@@ -47,7 +47,7 @@ class LiveWorld final : public sim::FleetSoftware {
 
   [[nodiscard]] const LiveWorldCounts& counts() const { return counts_; }
 
-  /// Vehicles whose LiDAR nobody listens to yet.
+  /// Vehicles whose LiDAR topic has no subscriber yet.
   [[nodiscard]] std::vector<std::string> unsubscribed() const;
 
  private:

@@ -35,7 +35,7 @@ class LiveWorldTest : public testing::Test {
     bus_.arrive("/v2/goal_pose", wire::encode(goal, wire::Encoding::kCdr));
   }
 
-  /// The map has v2's odom at x = 10, and v2 at y = 1 in odom.
+  /// In the map, v2's odom is at x = 10; in odom, v2 is at y = 1.
   void send_pose() {
     wire::TfMessage tf;
     tf.transforms.push_back({Time::from_s(1.0), "map", "v2/odom",
@@ -123,7 +123,7 @@ TEST_F(LiveWorldTest, WhatCannotBeAGoalIsCountedAndLeftOut) {
   EXPECT_EQ(world_->counts().goals, 0U);
 }
 
-TEST_F(LiveWorldTest, ItWaitsForTheClockAndEndsWhenToldTo) {
+TEST_F(LiveWorldTest, ItWaitsForTheClockAndEndsWhenReportedTo) {
   static_cast<void>(decide(1.0));
   EXPECT_FALSE(world_->finished());
   go_on_ = false;

@@ -3,7 +3,7 @@
 namespace rali::io {
 namespace {
 
-/// Splits the next "length, name=value" off; none at the end or if damaged.
+/// Splits off the next "length, name=value"; none at the end or if damaged.
 struct Field {
   std::string_view name;
   std::span<const std::byte> value;

@@ -12,7 +12,7 @@
 
 // The ROS 1 bag format 2.0 (wiki.ros.org/Bags/Format/2.0): a line, then records, each a header of
 // name=value fields and data. Chunks hold the messages and are followed by their index records;
-// connections and chunk infos at the end of the file are the index of the whole.
+// connections and chunk infos at the end of the file are the index of the whole file.
 namespace rali::io {
 
 inline constexpr std::string_view kBagMagic = "#ROSBAG V2.0\n";
@@ -26,7 +26,7 @@ enum class BagOp : std::uint8_t {
   kConnection = 7
 };
 
-// Longer headers are damage: the longest field of a real one is a topic name.
+// Longer headers are treated as damage: the longest field of a real one is a topic name.
 inline constexpr std::uint32_t kBagHeaderBytesMax = 1U << 20;
 
 /// The fields of one record header, not copied.

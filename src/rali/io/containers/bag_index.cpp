@@ -11,13 +11,13 @@ namespace rali::io {
 namespace {
 
 constexpr std::string_view kChunkMark = "compression=";
-// "op", "size" and the lengths around "compression=" fit easily.
+// "op", "size", "compression=" and their lengths fit easily.
 constexpr std::uint32_t kChunkHeaderMax = 256;
 
 /// First and last time of each chunk, by its offset.
 using ChunkSpans = std::map<std::uint64_t, std::pair<Time, Time>>;
 
-/// Takes one chunk info record; false if damaged.
+/// Parses one chunk info record; false if damaged.
 bool add_chunk_info(const BagRecord& record, BagIndex& index, ChunkSpans& spans) {
   const auto offset = record.fields.u64("chunk_pos");
   const auto first = record.fields.time("start_time");
@@ -128,7 +128,7 @@ Result<std::optional<std::uint64_t>> find_bag_chunk(ByteSource& source, ByteWind
     }
     const std::uint64_t end = (*block)->offset + bytes.size();
     if (end >= source.size()) return std::nullopt;
-    // Blocks overlap by a header, so that none is missed at a seam.
+    // Blocks overlap by a header, so that none is missed at a block boundary.
     from = end - 2 * kChunkHeaderMax;
   }
 }

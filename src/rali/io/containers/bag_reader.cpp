@@ -11,25 +11,25 @@
 namespace rali::io {
 namespace {
 
-/// A record of the file itself: its header is read, its data not yet.
+/// A top-level record of the file: its header is read, its data not yet.
 struct TopRecord {
   std::vector<std::byte> header;
   BagOp op = BagOp::kMessage;
   std::uint64_t offset = 0;
   std::uint64_t data_offset = 0;
-  std::uint64_t data_bytes = 0;  ///< as claimed
+  std::uint64_t data_bytes = 0;  ///< as its header claims
 
   [[nodiscard]] BagFields fields() const { return BagFields::parse(header).value_or(BagFields()); }
 
   [[nodiscard]] std::uint64_t end() const { return data_offset + data_bytes; }
 };
 
-/// The chunk that is being handed out.
+/// The chunk whose messages are being returned.
 struct OpenChunk {
   Cursor cursor;
   std::uint64_t offset = 0;       ///< of its record
-  std::uint64_t data_offset = 0;  ///< of its bytes in the file
-  std::uint64_t seen = 0;         ///< messages met so far
+  std::uint64_t data_offset = 0;  ///< of its data in the file
+  std::uint64_t seen = 0;         ///< messages seen so far
   bool packed = false;
   bool cut = false;
 };
@@ -42,9 +42,9 @@ class BagReader final : public MessageSource {
         loader_(source_, limits.chunk_bytes),
         state_(source_->name(), limits) {}
 
-  /// Header and index.
+  /// Reads header and index.
   Status start();
-  /// Topics from the first chunks, for want of an index.
+  /// Collects topics from the first chunks, used without an index.
   Status prime();
 
   const std::vector<Topic>& topics() const override { return state_.topics(); }
@@ -90,8 +90,8 @@ class BagReader final : public MessageSource {
 
   std::uint64_t position_ = 0;           ///< of the next record of the file
   std::uint64_t last_whole_ = 0;         ///< end of the last whole record
-  std::optional<std::uint64_t> cut_at_;  ///< the record that ends after the file
-  bool index_short_ = false;             ///< cut between two records of the index
+  std::optional<std::uint64_t> cut_at_;  ///< the record that extends beyond the file
+  bool index_short_ = false;             ///< truncated between two records of the index
   bool done_ = false;
 
   std::optional<OpenChunk> chunk_;
@@ -161,7 +161,7 @@ void BagReader::add_connection(std::uint32_t number, Topic topic) {
   if (index) topic_of_connection_.emplace(number, *index);
 }
 
-/// The header of the record at position_; none if it is damaged or ends after the file.
+/// The header of the record at position_; none if it is damaged or extends beyond the file.
 Result<std::optional<TopRecord>> BagReader::peek() {
   auto bytes = window_.view(position_, 4);
   if (!bytes) return tl::make_unexpected(bytes.error());
@@ -196,7 +196,7 @@ Result<bool> BagReader::next(RawMessage& out) {
   }
 }
 
-/// Takes the next record of the file; true if it was a message outside a chunk.
+/// Reads the next record of the file; true if it was a message outside a chunk.
 Result<bool> BagReader::advance(RawMessage& out) {
   const auto record = peek();
   if (!record) return tl::make_unexpected(record.error());
@@ -235,7 +235,7 @@ Result<bool> BagReader::take_top_message(const TopRecord& record, RawMessage& ou
   return take_message(record.fields(), record.offset, loader_.bytes(), out);
 }
 
-/// Connections outside chunks: in the index section, whether or not it was usable as a whole.
+/// Connections outside chunks: in the index section, whether or not that is usable as a whole.
 Status BagReader::take_top_connection(const TopRecord& record) {
   if (record.data_bytes > state_.limits().definition_bytes) return {};
   if (const auto number = record.fields().u32("conn");
@@ -264,7 +264,7 @@ Status BagReader::take_chunk(const TopRecord& record, std::uint64_t available) {
   const auto trouble = loader_.load(stored);
   if (!trouble) return tl::make_unexpected(trouble.error());
   if (!trouble->empty()) {
-    // Of the chunk that the end of the file cut, the sentence about the cut says it all.
+    // For the chunk truncated by the end of the file, the finding on the truncation suffices.
     if (!(stored.cut() && cut_at_)) lose_messages(record.offset, 0, record.offset, *trouble);
     return {};
   }
@@ -279,7 +279,7 @@ std::uint64_t BagReader::messages_in_chunk(std::uint64_t offset) const {
   return chunk != chunk_counts_.end() && chunk->first == offset ? chunk->second : 0;
 }
 
-/// Counts what a damaged chunk held, or one message where no index tells.
+/// Counts the messages of a damaged chunk, or one message without an index.
 void BagReader::lose_messages(std::uint64_t chunk_offset, std::uint64_t seen, std::uint64_t offset,
                               std::string why) {
   const std::uint64_t held = messages_in_chunk(chunk_offset);

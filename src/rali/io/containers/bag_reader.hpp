@@ -9,7 +9,7 @@
 namespace rali::io {
 
 /// Reads a ROS 1 bag 2.0 chunk by chunk in the order of the file. The index gives counts and time
-/// span when it is there; it is never needed. Errors: not a bag 2.0, encrypted, disk.
+/// span if present; it is never required. Errors: not a bag 2.0, encrypted, disk.
 [[nodiscard]] Result<std::unique_ptr<MessageSource>> open_bag(std::shared_ptr<ByteSource> source,
                                                               const ReadLimits& limits = {});
 

@@ -102,18 +102,18 @@ TEST_P(EachCompression, reads_a_bag_that_was_never_closed) {
 
 TEST_P(EachCompression, cut_at_every_byte_gives_a_prefix_and_says_so) {
   const Written written = small_bag(GetParam());
-  std::size_t most = 0;
+  std::size_t maximum = 0;
   for (std::size_t n = kBagMagic.size(); n < written.bytes.size(); ++n) {
     const Drained got = read(first(written.bytes, n));
     ASSERT_EQ(got.error, "") << n;
     ASSERT_TRUE(is_prefix(got.messages, written.messages)) << n;
-    ASSERT_GE(got.messages.size(), most) << n << ": a longer file gave fewer messages";
-    most = got.messages.size();
+    ASSERT_GE(got.messages.size(), maximum) << n << ": a longer file gave fewer messages";
+    maximum = got.messages.size();
     ASSERT_EQ(got.health.messages_skipped, 0U) << n;
-    // Within the first record nothing is known yet of an end that is missing.
+    // Within the first record a missing end cannot be detected yet.
     ASSERT_TRUE(got.health.truncated || n < 5000) << n;
   }
-  EXPECT_EQ(most, 12U);
+  EXPECT_EQ(maximum, 12U);
 }
 
 TEST_P(EachCompression, a_flipped_byte_never_invents_or_repeats_messages) {
@@ -128,7 +128,7 @@ TEST_P(EachCompression, a_flipped_byte_never_invents_or_repeats_messages) {
 }
 
 TEST(Bag, a_cut_file_says_how_much_of_its_span_was_read) {
-  // Messages outside compression: every whole record of the cut chunk is given.
+  // Without compression, every whole record of the truncated chunk is returned.
   const Written written = small_bag(Compression::kNone, true, 1'000'000);
   const std::size_t seventh = find_text(written.bytes, "message 6");
   const Drained got = read(first(written.bytes, seventh + 4));

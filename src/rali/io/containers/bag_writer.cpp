@@ -10,7 +10,7 @@
 namespace rali::io {
 namespace {
 
-// The first record is padded to this size, so that the index offset can be put in at the end.
+// The first record is padded to this size, so that the index offset can be inserted at the end.
 constexpr std::size_t kFileHeaderBytes = 4096;
 constexpr std::int64_t kNsPerS = 1'000'000'000;
 

@@ -16,12 +16,12 @@
 namespace rali::io {
 
 /// Writes a ROS 1 bag 2.0 with index, as rosbag does; the same bytes for the same calls. Without
-/// close() it is what a recorder leaves that was killed: an unindexed bag.
+/// close() the result is an unindexed bag, as after a killed recorder.
 class BagWriter {
  public:
   struct Options {
     Compression compression = Compression::kLz4;  ///< none, lz4 or bz2
-    std::size_t chunk_bytes = 768 * 1024;         ///< rosbag's own
+    std::size_t chunk_bytes = 768 * 1024;         ///< rosbag's default
   };
 
   BagWriter(ByteSink& sink, const Options& options) : sink_(sink), options_(options) {}

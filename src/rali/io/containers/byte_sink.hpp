@@ -10,7 +10,7 @@
 
 namespace rali::io {
 
-/// Where a recording is written to: a file that appears whole under its name, or memory in tests.
+/// Destination of a recording: a file that appears complete under its name, or memory in tests.
 class ByteSink {
  public:
   virtual ~ByteSink() = default;
@@ -18,8 +18,8 @@ class ByteSink {
   /// Appends.
   [[nodiscard]] virtual Status write(std::span<const std::byte> bytes) = 0;
 
-  /// Replaces bytes already written. Only BagWriter needs it: a ROS 1 bag names the place of its
-  /// index in its first record.
+  /// Replaces bytes already written. Only BagWriter needs it: the first record of a ROS 1 bag
+  /// contains the offset of its index.
   [[nodiscard]] virtual Status overwrite(std::uint64_t offset,
                                          std::span<const std::byte> bytes) = 0;
 };

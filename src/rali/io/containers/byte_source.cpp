@@ -45,7 +45,7 @@ class FileBytes final : public ByteSource {
   std::uint64_t next_data(std::uint64_t offset) override {
     const off_t data = ::lseek(fd_, static_cast<off_t>(offset), SEEK_DATA);
     if (data >= 0) return static_cast<std::uint64_t>(data);
-    return errno == ENXIO ? size_ : offset;  // other file systems do not know holes
+    return errno == ENXIO ? size_ : offset;  // other file systems do not report holes
   }
 
  private:
@@ -88,7 +88,7 @@ Result<std::shared_ptr<ByteSource>> open_file_bytes(const std::string& path, std
 
   struct stat info {};
 
-  // Asked before opening: opening a pipe would wait for a writer.
+  // Checked before opening: opening a pipe would block until a writer opens it.
   if (::stat(path.c_str(), &info) != 0) {
     return fail(input_error_code(errno), path, "cannot be opened: " + system_error_text(errno));
   }

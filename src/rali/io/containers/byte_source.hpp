@@ -19,11 +19,11 @@ class ByteSource {
 
   [[nodiscard]] virtual std::uint64_t size() const = 0;
 
-  /// As the user named it; starts every error sentence.
+  /// Name given by the user; every error message starts with it.
   [[nodiscard]] virtual const std::string& name() const = 0;
 
-  /// Fills `out` from `offset`. The caller keeps within size(); an Error is the machine's (disk,
-  /// or the file shrank while being read).
+  /// Fills `out` from `offset`. The caller keeps within size(). An Error means a failure of the
+  /// disk, or that the file shrank while being read.
   [[nodiscard]] virtual Status read(std::uint64_t offset, std::span<std::byte> out) = 0;
 
   /// The first offset at or behind this one that is not in a hole of a sparse file (a hole reads as
@@ -31,8 +31,8 @@ class ByteSource {
   [[nodiscard]] virtual std::uint64_t next_data(std::uint64_t offset) { return offset; }
 };
 
-/// Opens a regular file for reading; needs no right to write beside it. `name` stands for it in
-/// sentences, the path if empty.
+/// Opens a regular file for reading; needs no write permission. `name` is used in messages, the
+/// path if empty.
 [[nodiscard]] Result<std::shared_ptr<ByteSource>> open_file_bytes(const std::string& path,
                                                                   std::string name = {});
 

@@ -38,7 +38,7 @@ std::string ChunkLoader::trouble_of(const StoredChunk& chunk, DecodeEnd end) con
     return fmt::format("chunk cannot be decompressed ({} data damaged); left out",
                        name_of(chunk.compression));
   }
-  // A checksum says nothing about a part.
+  // The checksum covers the whole chunk, so it cannot verify a part.
   if (chunk.cut() || chunk.crc == 0) return {};
   const std::uint32_t crc = crc32(bytes_);
   if (crc == chunk.crc) return {};

@@ -10,12 +10,13 @@
 
 namespace rali::io {
 
-/// Where a chunk lies and what its header says of it.
+/// Position of a chunk and the contents of its header.
 struct StoredChunk {
   Compression compression = Compression::kNone;
-  std::uint64_t offset = 0;        ///< of its bytes in the file
-  std::uint64_t stored_bytes = 0;  ///< as claimed
-  std::uint64_t available = 0;     ///< of these, before the file or the next chunk cuts it off
+  std::uint64_t offset = 0;        ///< of its data in the file
+  std::uint64_t stored_bytes = 0;  ///< as its header claims
+  std::uint64_t available = 0;     ///< of these, present before the file ends or the next chunk
+                                   ///< starts
   std::uint64_t plain_bytes = 0;   ///< decompressed, as claimed
   std::uint32_t crc = 0;           ///< of the decompressed bytes; 0: not given
 
@@ -30,8 +31,8 @@ class ChunkLoader {
   ChunkLoader(std::shared_ptr<ByteSource> source, std::uint64_t bytes_max)
       : source_(std::move(source)), bytes_max_(bytes_max) {}
 
-  /// Loads a chunk into bytes(); of one that is cut off, what can be had. The result is empty, or
-  /// says why nothing of the chunk must be used. An Error is the disk's.
+  /// Loads a chunk into bytes(); of a truncated one, the readable part. The result is empty, or the
+  /// reason why the chunk must not be used. An Error is a disk failure.
   [[nodiscard]] Result<std::string> load(const StoredChunk& chunk);
 
   /// Loads bytes as they are. The caller has checked the size.

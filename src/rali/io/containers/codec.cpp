@@ -14,14 +14,14 @@ namespace {
 
 constexpr std::size_t kFirstOutput = 64 * 1024;
 constexpr std::uint32_t kZstdMagic = 0xFD2FB528U;
-/// Level 3 takes twice the time for 6 % less of scans, whose floats are mostly noise.
+/// Level 3 takes twice the time and saves 6 % of scans, whose floats are mostly noise.
 constexpr int kZstdLevel = 1;
-/// A size that a header claims is accepted up to this, or up to so many times the input.
-constexpr std::uint64_t kBelieved = 16U << 20;
-constexpr std::uint64_t kBelievedRatio = 32;
+/// Memory is reserved for a claimed size up to this, or up to this multiple of the input.
+constexpr std::uint64_t kAssumed = 16U << 20;
+constexpr std::uint64_t kAssumedRatio = 32;
 
-/// The output vector while it grows. One byte beyond the limit is offered, so that a stream that
-/// is too long is told from one that fits exactly.
+/// The output vector while it grows. It offers one byte beyond the limit, to distinguish a stream
+/// that is too long from one that fits exactly.
 class Growing {
  public:
   Growing(std::vector<std::byte>& out, std::uint64_t limit) : out_(out), limit_(limit) {
@@ -29,7 +29,7 @@ class Growing {
     if (out_.size() > limit_) out_.resize(static_cast<std::size_t>(limit_));
   }
 
-  /// Room for at least one more byte; empty when the limit is passed.
+  /// Space for at least one more byte; empty when the limit is exceeded.
   std::span<std::byte> room() {
     if (used_ > limit_) return {};
     if (used_ == out_.size()) {
@@ -63,11 +63,11 @@ struct FreeLz4 {
   void operator()(LZ4F_dctx* context) const { LZ4F_freeDecompressionContext(context); }
 };
 
-/// One frame of just the expected size goes straight into the output, without the window that a
-/// stream is copied through. False: not such a frame, or damaged; nothing is decided then.
+/// Decompresses one frame of exactly the expected size directly into the output, without the window
+/// that a stream is copied through. False: not such a frame, or damaged; the caller then decides.
 bool run_zstd_at_once(ZSTD_DCtx* context, std::span<const std::byte> in, std::uint64_t limit,
                       std::vector<std::byte>& out) {
-  if (limit > std::max(kBelieved, kBelievedRatio * in.size())) return false;
+  if (limit > std::max(kAssumed, kAssumedRatio * in.size())) return false;
   if (ZSTD_getFrameContentSize(in.data(), in.size()) != limit) return false;
   if (ZSTD_findFrameCompressedSize(in.data(), in.size()) != in.size()) return false;
   out.resize(static_cast<std::size_t>(limit));
@@ -164,13 +164,13 @@ Result<std::vector<std::byte>> compress_zstd(std::span<const std::byte> in) {
 }
 
 Result<std::vector<std::byte>> compress_bz2(std::span<const std::byte> in) {
-  // 1 % and 600 bytes: the bound the library's manual gives.
+  // 1 % and 600 bytes: the bound in the library's manual.
   std::vector<std::byte> out(in.size() + in.size() / 100 + 601);
   if (out.size() > std::numeric_limits<unsigned>::max()) {
     return fail(ErrorCode::kInput, "bz2", "a chunk must be smaller than 4 GB");
   }
   auto n = static_cast<unsigned>(out.size());
-  // The library refuses a null pointer even for no bytes.
+  // The library rejects a null pointer even for zero bytes.
   std::byte nothing{};
   const std::byte* data = in.empty() ? &nothing : in.data();
   const int status = BZ2_bzBuffToBuffCompress(

@@ -21,7 +21,7 @@ enum class Compression { kNone, kLz4, kBz2, kZstd };
 /// How a decompression ended.
 enum class DecodeEnd {
   kWhole,
-  kCut,      ///< the input ended early; `out` holds what could be had
+  kCut,      ///< the input ended early; `out` holds the decoded part
   kDamaged,  ///< not decodable, or a checksum is wrong; `out` must not be used
   kTooLong   ///< more than `limit` bytes; `out` must not be used
 };
@@ -34,9 +34,9 @@ class Decompressor {
   Decompressor(const Decompressor&) = delete;
   Decompressor& operator=(const Decompressor&) = delete;
 
-  /// Replaces `out` by the decompressed bytes, at most `limit`. Memory grows with what really
-  /// comes out, not with `limit`, which may be a lie. Frames may follow each other; what follows a
-  /// frame that ends exactly at `limit` is not looked at.
+  /// Replaces `out` by the decompressed bytes, at most `limit`. Memory grows with the actual
+  /// output, because the claimed `limit` may be wrong. Frames may be concatenated; data after a
+  /// frame that ends exactly at `limit` are ignored.
   [[nodiscard]] DecodeEnd decompress(Compression compression, std::span<const std::byte> in,
                                      std::uint64_t limit, std::vector<std::byte>& out);
 

@@ -9,7 +9,7 @@
 
 namespace rali::io {
 
-/// Text of bytes, without copying.
+/// Bytes as text, without copying.
 [[nodiscard]] inline std::string_view text_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -48,7 +48,7 @@ class Cursor {
     return part;
   }
 
-  /// Bytes after their number in 32 bits.
+  /// Bytes preceded by their 32-bit count.
   std::span<const std::byte> bytes32() { return bytes(u32()); }
 
   std::string_view text32() { return text_of(bytes32()); }
@@ -89,7 +89,7 @@ class Appender {
 
   void text(std::string_view value) { bytes(bytes_of(value)); }
 
-  /// Text after its length in 32 bits.
+  /// Text preceded by its 32-bit length.
   void text32(std::string_view value) {
     u32(static_cast<std::uint32_t>(value.size()));
     text(value);

@@ -8,9 +8,9 @@
 
 namespace rali::io {
 
-/// Goes through the damaged part of a file in blocks. Holes of a sparse file are not read, blocks
-/// of zeros are passed over, and all searches in one file together end at a limit: a recording that
-/// was grown to a terabyte must not be read for hours.
+/// Searches the damaged part of a file in blocks. Holes of a sparse file are not read, and blocks
+/// of zeros are skipped. All searches in one file together have a limit: a file inflated to a
+/// terabyte must not be read for hours.
 class DamageSearch {
  public:
   static constexpr std::size_t kBlockBytes = 1U << 20;
@@ -22,7 +22,7 @@ class DamageSearch {
 
   explicit DamageSearch(std::uint64_t bytes_max) : bytes_left_(bytes_max) {}
 
-  /// The first block at or behind `from` that is not all zeros; none at the end of the file or of
+  /// The first block at or after `from` that is not all zeros; none at the end of the file or at
   /// the limit.
   [[nodiscard]] Result<std::optional<Block>> next(ByteSource& source, ByteWindow& window,
                                                   std::uint64_t from);
@@ -35,8 +35,8 @@ class DamageSearch {
   bool gave_up_ = false;
 };
 
-/// Offset of the first byte at or behind `from` that is not zero, the file's size if there is none;
-/// nothing if that takes more reading than `bytes_max`.
+/// Offset of the first non-zero byte at or after `from`, the file's size if there is none; nothing
+/// if that takes more reading than `bytes_max`.
 [[nodiscard]] Result<std::optional<std::uint64_t>> end_of_zeros(ByteSource& source,
                                                                 ByteWindow& window,
                                                                 std::uint64_t from,

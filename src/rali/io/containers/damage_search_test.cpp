@@ -15,7 +15,7 @@ using testing::drain;
 using testing::Drained;
 using testing::texts;
 
-/// A file that was grown: its bytes, and then zeros, as a hole or stored.
+/// A file with appended zeros, as a hole or stored.
 class GrownBytes final : public ByteSource {
  public:
   GrownBytes(std::vector<std::byte> bytes, std::uint64_t size, bool hole)
@@ -133,7 +133,7 @@ TEST(DamageSearch, stored_zeros_and_noise_end_the_search_at_its_limit) {
 
 TEST(DamageSearch, a_chunk_behind_zeros_is_found) {
   for (const bool bag : {true, false}) {
-    // The end of the recording lies behind 3 MB of zeros that took its middle.
+    // The end of the recording follows 3 MB of zeros inserted in its middle.
     std::vector<std::byte> bytes = recording(bag);
     bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2), 3U << 20,
                  std::byte{0});

@@ -11,13 +11,13 @@
 namespace rali::io {
 namespace {
 
-// Counting visits each page that holds the start of a row; beyond this size it is not worth it.
+// Counting visits every page with the start of a row; too slow beyond this size.
 constexpr std::uint64_t kCountBytesMax = 1ULL << 30;
 
-// After this many rows in a row that cannot be read, the gap is crossed in growing steps.
+// After this many consecutive unreadable rows, the gap is crossed in growing steps.
 constexpr std::int64_t kSmallGap = 1000;
 
-// Rows that are reached by their number have at least this size.
+// Minimum size of rows accessed by their number.
 constexpr std::uint64_t kRowBytesMin = 4;
 
 wire::Encoding encoding_of(std::string_view name) {
@@ -91,7 +91,7 @@ class Db3Reader final : public MessageSource {
   std::optional<SqlStatement> after_;
   std::optional<SqlStatement> head_;
   std::optional<SqlStatement> data_;
-  Key last_;  ///< of the row taken last in the order of time
+  Key last_;  ///< of the last row read in the order of time
   std::int64_t row_ = std::numeric_limits<std::int64_t>::min();
   std::uint64_t rows_ = 0;
   double progress_ = 0.0;
@@ -108,7 +108,7 @@ Status Db3Reader::start() {
   take_span();
   in_order_ = database_.prepare("SELECT rowid, timestamp FROM messages ORDER BY timestamp, rowid");
   after_ = database_.prepare("SELECT rowid FROM messages WHERE rowid > ?1 ORDER BY rowid LIMIT 1");
-  // Apart, so that the data of topics that are not wanted are not read.
+  // Separate statements, so that the data of unselected topics are not read.
   head_ = database_.prepare("SELECT topic_id, timestamp FROM messages WHERE rowid = ?1");
   data_ = database_.prepare("SELECT data FROM messages WHERE rowid = ?1");
   if (in_order_ && after_ && head_ && data_) return {};
@@ -116,7 +116,7 @@ Status Db3Reader::start() {
               "table 'messages' is not that of rosbag2: " + database_.last_error());
 }
 
-/// Real tables, so that no view of a stranger is run.
+/// Requires real tables, so that no view from an untrusted file is run.
 Status Db3Reader::check_tables() {
   auto statement = database_.prepare(
       "SELECT name FROM sqlite_master WHERE type = 'table' AND name IN ('topics', 'messages') "
@@ -210,7 +210,7 @@ Result<bool> Db3Reader::next(RawMessage& out) {
 }
 
 std::optional<std::int64_t> Db3Reader::next_row() {
-  // Pages of a damaged tree may be reached many times; no file has more rows than this.
+  // Pages of a damaged tree may be visited many times; no file has more rows than this.
   if (++rows_ > 1000 + file_bytes_ / kRowBytesMin) return std::nullopt;
   return by_number_ ? next_row_by_number() : next_row_in_order();
 }
@@ -236,7 +236,7 @@ std::optional<std::int64_t> Db3Reader::row_after(std::int64_t row, bool& failed)
   return after_->integer(0);
 }
 
-/// Rows in the order of their numbers, across gaps that cannot be read.
+/// Rows in the order of their numbers, across unreadable gaps.
 std::optional<std::int64_t> Db3Reader::next_row_by_number() {
   std::int64_t stride = 1;
   std::int64_t tried = 0;
@@ -261,13 +261,13 @@ bool Db3Reader::take_row(std::int64_t row, RawMessage& out) {
     return false;
   }
   const Time t = Time::from_ns(head_->integer(1));
-  // Before the order of time broke, rows up to last_ were handed out already.
+  // Rows up to last_ were already returned before reading in order of time failed.
   if (by_number_ && Key{t.ns, row} <= last_) return false;
   state_.saw(t);
-  // In doubles: hostile times may lie further apart than a Duration holds.
+  // In doubles: hostile times may differ by more than a Duration can hold.
   if (span_ && span_->second > span_->first) {
-    const double share = (t.s() - span_->first.s()) / (span_->second.s() - span_->first.s());
-    progress_ = std::max(progress_, std::min(share, 1.0));
+    const double fraction = (t.s() - span_->first.s()) / (span_->second.s() - span_->first.s());
+    progress_ = std::max(progress_, std::min(fraction, 1.0));
   }
   const auto topic = topic_of_id_.find(head_->integer(0));
   if (topic == topic_of_id_.end()) {
@@ -292,8 +292,8 @@ bool Db3Reader::take_row(std::int64_t row, RawMessage& out) {
   return true;
 }
 
-/// Decompresses a message that is a zstd frame. CDR starts with a byte 0, so it is never taken for
-/// one; other encodings are only looked at if the metadata says so.
+/// Decompresses a message that is a zstd frame. CDR starts with a byte 0, so it is never mistaken
+/// for one; other encodings are only checked if the metadata says so.
 bool Db3Reader::unpack(std::int64_t row, std::span<const std::byte>& data,
                        wire::Encoding encoding) {
   const bool possible = hints_.zstd_messages || encoding == wire::Encoding::kCdr;
@@ -309,7 +309,7 @@ bool Db3Reader::unpack(std::int64_t row, std::span<const std::byte>& data,
   return false;
 }
 
-/// One sentence for the whole file, however many rows are hit.
+/// One finding for the whole file, however many rows are affected.
 void Db3Reader::malformed(const std::string& what) {
   if (malformed_) return;
   malformed_ = true;

@@ -12,13 +12,13 @@ namespace rali::io {
 
 /// What metadata.yaml may add to a .db3.
 struct Db3Hints {
-  /// Messages may be zstd frames whatever their encoding. (In CDR they are known by their first
-  /// bytes without being told.)
+  /// Messages may be zstd frames whatever their encoding. (In CDR they are recognised by their
+  /// first bytes without this flag.)
   bool zstd_messages = false;
 };
 
-/// Reads the SQLite storage of rosbag2 in the order of time. From a malformed file it gives the
-/// rows that can be reached. `name` is for sentences. Errors: no tables of rosbag2, unreadable.
+/// Reads the SQLite storage of rosbag2 in the order of time. From a malformed file it returns the
+/// readable rows. `name` is for messages. Errors: no tables of rosbag2, unreadable.
 [[nodiscard]] Result<std::unique_ptr<MessageSource>> open_db3(SqlDatabase database,
                                                               std::string name,
                                                               std::uint64_t file_bytes,

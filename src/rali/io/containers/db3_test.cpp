@@ -29,7 +29,7 @@ struct Written {
   std::vector<Got> messages;
 };
 
-/// Messages of two topics, written out of order in time; `each` turns text into what is stored.
+/// Messages of two topics, written out of order in time; `each` converts text to the stored bytes.
 Written small_db3(int messages, std::size_t extra_bytes,
                   const std::function<std::vector<std::byte>(std::string)>& each = {}) {
   ScratchFolder scratch;
@@ -122,7 +122,7 @@ TEST(Db3, a_damaged_compressed_message_costs_only_itself) {
 
 TEST(Db3, cut_at_every_page_gives_only_true_messages_and_one_finding) {
   const Written written = small_db3(60, 1500);
-  std::size_t most = 0;
+  std::size_t maximum = 0;
   for (std::size_t n = 0; n < written.bytes.size(); n += 512) {
     const Drained got = read(first(written.bytes, n));
     std::set<std::int64_t> times;
@@ -135,9 +135,9 @@ TEST(Db3, cut_at_every_page_gives_only_true_messages_and_one_finding) {
     if (got.error.empty()) {
       ASSERT_EQ(got.health.findings.size(), 1U) << n << texts(got.health);
     }
-    most = std::max(most, got.messages.size());
+    maximum = std::max(maximum, got.messages.size());
   }
-  EXPECT_GT(most, 30U) << "a file that is cut near its end must give most of its messages";
+  EXPECT_GT(maximum, 30U) << "a file that is cut near its end must give most of its messages";
 }
 
 TEST(Db3, damaged_pages_in_the_middle_cost_their_rows_only) {
@@ -198,7 +198,7 @@ TEST(Db3, messages_in_the_write_ahead_log_of_a_killed_recorder_are_read) {
                     "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data);"
                     "INSERT INTO topics VALUES (1, '/t', 'x', 'cdr');"
                     "INSERT INTO messages VALUES (1, 1, 5, 'one');"));
-  // As the killed recorder leaves it: the log beside the file, nothing of it in the file yet.
+  // As a killed recorder leaves it: the log next to the file, none of it in the file yet.
   fs::create_directory(scratch.path + "/left");
   fs::copy_file(path, scratch.path + "/left/x.db3");
   fs::copy_file(path + "-wal", scratch.path + "/left/x.db3-wal");

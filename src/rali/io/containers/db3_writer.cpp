@@ -34,7 +34,7 @@ Result<std::unique_ptr<Db3Writer>> Db3Writer::create(const std::string& folder) 
   if (!fs::is_empty(folder, error) || error) {
     return fail(ErrorCode::kUsage, folder, "folder is not empty", "Name a new one.");
   }
-  // "a/b/" has no last name; its parent has.
+  // "a/b/" has no file name; its parent path has.
   fs::path base = fs::path(folder).lexically_normal();
   if (!base.has_filename()) base = base.parent_path();
   const std::string path = (fs::path(folder) / (base.filename().string() + "_0.db3")).string();

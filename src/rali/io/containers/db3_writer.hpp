@@ -18,7 +18,7 @@ namespace rali::io {
 /// of ROS 2 Humble and later does. The same bytes for the same calls and version of SQLite.
 class Db3Writer {
  public:
-  /// Makes `folder`, which must not exist or be empty.
+  /// Creates `folder`, which must not exist or must be empty.
   [[nodiscard]] static Result<std::unique_ptr<Db3Writer>> create(const std::string& folder);
 
   /// Returns the number that write() takes. `type` as in ROS 2: "sensor_msgs/msg/Imu".

@@ -18,7 +18,7 @@ using std::string_view_literals::operator""sv;
 constexpr std::string_view kSqliteMagic = "SQLite format 3\0"sv;
 constexpr std::string_view kPackets = "Convert with the maker's driver to a bag or an MCAP.";
 constexpr std::string_view kCloud = "A recording is a ROS 1 .bag, an MCAP or a rosbag2.";
-constexpr std::string_view kSweep =
+constexpr std::string_view kScan =
     "If it is a scan, give the folder that holds all scans. A recording is a ROS 1 .bag, an MCAP "
     "or a rosbag2.";
 constexpr std::string_view kUnpack = "Unpack it first.";
@@ -35,11 +35,11 @@ constexpr Signature kSignatures[] = {
     {"\x4d\x3c\xb2\xa1"sv, "raw network packets (pcap), not decoded clouds", kPackets},
     {"\xa1\xb2\x3c\x4d"sv, "raw network packets (pcap), not decoded clouds", kPackets},
     {"\x0a\x0d\x0d\x0a"sv, "raw network packets (pcapng), not decoded clouds", kPackets},
-    {"# .PCD"sv, "a point cloud (PCD), not a recording", kSweep},
-    {"VERSION 0.7"sv, "a point cloud (PCD), not a recording", kSweep},
-    {"VERSION .7"sv, "a point cloud (PCD), not a recording", kSweep},
-    {"ply\n"sv, "a point cloud (PLY), not a recording", kSweep},
-    {"ply\r\n"sv, "a point cloud (PLY), not a recording", kSweep},
+    {"# .PCD"sv, "a point cloud (PCD), not a recording", kScan},
+    {"VERSION 0.7"sv, "a point cloud (PCD), not a recording", kScan},
+    {"VERSION .7"sv, "a point cloud (PCD), not a recording", kScan},
+    {"ply\n"sv, "a point cloud (PLY), not a recording", kScan},
+    {"ply\r\n"sv, "a point cloud (PLY), not a recording", kScan},
     {"LASF"sv, "a point cloud (LAS), not a recording", kCloud},
     {"PK\x03\x04"sv, "a zip archive", kUnpack},
     {"\x1f\x8b"sv, "compressed with gzip", kUnpack},

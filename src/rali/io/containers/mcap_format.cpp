@@ -46,7 +46,7 @@ std::optional<McapMessageHeader> mcap_message(std::span<const std::byte> content
 std::optional<McapChunkHeader> mcap_chunk(std::span<const std::byte> content) {
   Cursor cursor(content);
   McapChunkHeader chunk;
-  cursor.u64();  // start and end time: the messages tell
+  cursor.u64();  // start and end time: taken from the messages
   cursor.u64();
   chunk.uncompressed_bytes = cursor.u64();
   chunk.uncompressed_crc = cursor.u32();

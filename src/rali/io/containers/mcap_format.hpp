@@ -55,7 +55,7 @@ struct McapChannel {
   std::string encoding;
 };
 
-/// Content of a message before its bytes.
+/// Fields of a message record before its data.
 struct McapMessageHeader {
   static constexpr std::size_t kBytes = 22;
   std::uint16_t channel = 0;
@@ -64,7 +64,7 @@ struct McapMessageHeader {
   std::uint64_t publish_ns = 0;
 };
 
-/// Content of a chunk before its records.
+/// Fields of a chunk record before its records.
 struct McapChunkHeader {
   static constexpr std::size_t kBytesMin = 40;
   /// More than any compression's name needs.
@@ -72,11 +72,11 @@ struct McapChunkHeader {
   std::uint64_t uncompressed_bytes = 0;
   std::uint32_t uncompressed_crc = 0;  ///< 0: not given
   std::string compression;
-  std::uint64_t record_bytes = 0;  ///< as they lie in the file
+  std::uint64_t record_bytes = 0;  ///< as stored in the file
   std::size_t header_bytes = 0;
 };
 
-/// Where a chunk lies in the file and in time.
+/// Position of a chunk in the file and its time span.
 struct McapChunkIndex {
   std::uint64_t first_ns = 0;
   std::uint64_t last_ns = 0;

@@ -11,16 +11,16 @@
 namespace rali::io {
 namespace {
 
-/// A record of the file itself, its content not yet read.
+/// A top-level record of the file, its content not yet read.
 struct TopRecord {
   McapOp op = McapOp::kHeader;
   std::uint64_t offset = 0;
-  std::uint64_t content_bytes = 0;  ///< as claimed
+  std::uint64_t content_bytes = 0;  ///< as its header claims
 
   [[nodiscard]] std::uint64_t content() const { return offset + kMcapRecordHeaderBytes; }
 };
 
-/// The chunk that is being handed out.
+/// The chunk whose messages are being returned.
 struct OpenChunk {
   Cursor cursor;
   std::uint64_t offset = 0;       ///< of its record
@@ -35,7 +35,7 @@ wire::Encoding encoding_of(std::string_view name) {
   return wire::Encoding::kOther;
 }
 
-/// With its length checked: a damaged opcode must not end the reading unseen.
+/// Checks the length too: a damaged opcode must not end the reading unnoticed.
 bool ends_data(const TopRecord& record) {
   return (record.op == McapOp::kDataEnd && record.content_bytes == kMcapDataEndBytes) ||
          (record.op == McapOp::kFooter && record.content_bytes == kMcapFooterBytes);
@@ -49,7 +49,7 @@ class McapReader final : public MessageSource {
         loader_(source_, limits.chunk_bytes),
         state_(source_->name(), limits) {}
 
-  /// Takes the summary, or looks into the first chunks for topics for want of one.
+  /// Reads the summary, or without one collects topics from the first chunks.
   Status start(bool prime);
 
   const std::vector<Topic>& topics() const override { return state_.topics(); }
@@ -94,8 +94,8 @@ class McapReader final : public MessageSource {
 
   std::uint64_t position_ = kMcapMagic.size();    ///< of the next record of the file
   std::uint64_t last_whole_ = kMcapMagic.size();  ///< end of the last whole record
-  std::optional<std::uint64_t> cut_at_;           ///< the record that ends after the file
-  std::uint64_t promised_ = 0;                    ///< messages, by the summary
+  std::optional<std::uint64_t> cut_at_;           ///< the record that extends beyond the file
+  std::uint64_t promised_ = 0;                    ///< messages according to the summary
   std::optional<std::uint64_t> data_end_;         ///< offset of the record that ends the data
   bool done_ = false;
 
@@ -173,7 +173,7 @@ void McapReader::add_channel(const McapChannel& channel) {
   if (index) topic_of_channel_[channel.id] = *index;
 }
 
-/// Takes a schema or a channel; true if it was one and could be read.
+/// Processes a schema or a channel; true if it was one and readable.
 bool McapReader::take_definition(const McapRecord& record) {
   if (record.op == McapOp::kSchema) {
     auto schema = mcap_schema(record.content);
@@ -187,7 +187,7 @@ bool McapReader::take_definition(const McapRecord& record) {
   return channel.has_value();
 }
 
-/// The record at position_; none if even its length ends after the file or its opcode is 0.
+/// The record at position_; none if even its length extends beyond the file or its opcode is 0.
 Result<std::optional<TopRecord>> McapReader::peek() {
   const auto bytes = window_.view(position_, kMcapRecordHeaderBytes);
   if (!bytes) return tl::make_unexpected(bytes.error());
@@ -214,7 +214,7 @@ Result<bool> McapReader::next(RawMessage& out) {
   }
 }
 
-/// Takes the next record of the file; true if it was a message outside a chunk.
+/// Reads the next record of the file; true if it was a message outside a chunk.
 Result<bool> McapReader::advance(RawMessage& out) {
   const auto record = peek();
   if (!record) return tl::make_unexpected(record.error());
@@ -295,7 +295,7 @@ Status McapReader::take_chunk(const TopRecord& record, std::uint64_t available) 
   const auto trouble = loader_.load(stored);
   if (!trouble) return tl::make_unexpected(trouble.error());
   if (!trouble->empty()) {
-    // Of the chunk that the end of the file cut, the sentence about the cut says it all.
+    // For the chunk truncated by the end of the file, the finding on the truncation suffices.
     return stored.cut() && cut_at_ ? Status() : lose_chunk(record, *trouble);
   }
   chunk_ = OpenChunk{Cursor(loader_.bytes()), record.offset, stored.offset, stored.packed(),
@@ -303,7 +303,7 @@ Status McapReader::take_chunk(const TopRecord& record, std::uint64_t available) 
   return {};
 }
 
-/// Counts what a damaged chunk held by the index behind it, or one message without one.
+/// Counts the messages of a damaged chunk by the index after it, or one message without one.
 Status McapReader::lose_chunk(const TopRecord& record, std::string why) {
   const auto messages = count_mcap_index(*source_, window_, position_);
   if (!messages) return tl::make_unexpected(messages.error());
@@ -365,7 +365,8 @@ void McapReader::finish() {
               why.value_or("cannot be read on. ") + state_.read_so_far(last_whole_, 0));
 }
 
-/// A recording that was closed and has grown since: zeros by a failing disk, or another recording.
+/// Reports data after the end of a closed recording: zeros from a failing disk, or another
+/// recording.
 void McapReader::report_more() {
   if (!state_.health.unindexed) return;  // the footer is the last thing in the file
   const auto end = end_of_mcap(*source_, window_, *data_end_);

@@ -9,7 +9,7 @@
 namespace rali::io {
 
 /// Reads an MCAP in the order of the file, chunked or not. The summary gives topics, counts and
-/// time span when it is there; it is never needed. Errors: not MCAP, disk.
+/// time span if present; it is never required. Errors: not MCAP, disk.
 [[nodiscard]] Result<std::unique_ptr<MessageSource>> open_mcap(std::shared_ptr<ByteSource> source,
                                                                const ReadLimits& limits = {});
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kBlock = 1U << 20;
 constexpr std::uint64_t kSummaryBytesMax = 1U << 28;
-// Schemas and channels before the first chunk or message.
+// Limit for schemas and channels before the first chunk or message.
 constexpr int kLookRecords = 200;
 constexpr std::size_t kTailBytes = kMcapRecordHeaderBytes + kMcapFooterBytes + 8;
 
@@ -20,7 +20,7 @@ struct Footer {
   std::uint32_t crc = 0;
 };
 
-/// The footer, which lies right before the closing magic.
+/// The footer, located right before the closing magic.
 Result<std::optional<Footer>> read_footer(ByteSource& source, ByteWindow& window) {
   if (source.size() < kTailBytes + kMcapMagic.size()) return std::nullopt;
   const auto tail = window.view(source.size() - kTailBytes, kTailBytes);
@@ -50,7 +50,7 @@ Result<std::uint32_t> crc_of(ByteWindow& window, std::uint64_t begin, std::uint6
   return crc;
 }
 
-/// Takes one record of the summary; false if it is damaged.
+/// Processes one record of the summary; false if it is damaged.
 bool take_record(const McapRecord& record, McapSummary& summary) {
   if (record.op == McapOp::kSchema) {
     auto schema = mcap_schema(record.content);
@@ -75,12 +75,12 @@ bool take_record(const McapRecord& record, McapSummary& summary) {
 }
 
 /// True if the bytes start a chunk record: the length of the record and that of its compressed
-/// records say the same, which chance hardly does in 128 bits.
+/// records agree, which is very unlikely by chance in 128 bits.
 bool is_chunk(std::span<const std::byte> bytes) {
   Cursor cursor(bytes);
   if (static_cast<McapOp>(cursor.u8()) != McapOp::kChunk) return false;
   const std::uint64_t length = cursor.u64();
-  // Looked at before the rest: nearly every byte that happens to be 6 ends here.
+  // Checked first: this rejects nearly every byte that happens to be 6.
   if (!cursor.ok() || length >> 40 != 0) return false;
   const auto chunk = mcap_chunk(cursor.rest());
   return chunk && chunk->record_bytes == length - chunk->header_bytes &&
@@ -90,7 +90,7 @@ bool is_chunk(std::span<const std::byte> bytes) {
 }  // namespace
 
 std::optional<bool> McapSummary::in_order() const {
-  // Messages outside chunks have no index.
+  // Messages outside chunks are not indexed.
   const bool all = statistics && statistics->chunks == chunks.size() &&
                    (statistics->messages == 0 || !chunks.empty());
   if (!all) return std::nullopt;
@@ -118,7 +118,7 @@ Result<std::optional<McapSummary>> read_mcap_summary(ByteSource& source, ByteWin
   if (begin > end || end - begin > std::min(limits.chunk_bytes, kSummaryBytesMax)) {
     return std::nullopt;
   }
-  // The CRC ends before itself, the last number of the footer.
+  // The CRC covers the bytes up to itself, the last number of the footer.
   const auto crc = crc_of(window, begin, source.size() - kMcapMagic.size() - 4);
   if (!crc) return tl::make_unexpected(crc.error());
   if ((*footer)->crc != 0 && *crc != (*footer)->crc) return std::nullopt;

@@ -11,26 +11,26 @@
 
 namespace rali::io {
 
-/// What the end of a closed MCAP tells about the whole.
+/// Summary at the end of a closed MCAP.
 struct McapSummary {
   std::vector<McapSchema> schemas;
   std::vector<McapChannel> channels;
   std::optional<McapStatistics> statistics;
   std::vector<McapChunkIndex> chunks;
 
-  /// Whether the chunks follow each other in time; empty if not all of them are listed.
+  /// Whether the chunks are in order of time; empty if not all of them are listed.
   [[nodiscard]] std::optional<bool> in_order() const;
 };
 
-/// The summary; none if there is none, its CRC is wrong or anything in it does not add up. `why`
-/// then says which, for a sentence.
+/// The summary; none if it is missing, its CRC is wrong or it is inconsistent. `why` is then the
+/// reason, for a message.
 [[nodiscard]] Result<std::optional<McapSummary>> read_mcap_summary(ByteSource& source,
                                                                    ByteWindow& window,
                                                                    const ReadLimits& limits,
                                                                    std::string& why);
 
-/// Compression of the first chunk, "none" where messages lie outside chunks, empty if there is
-/// neither: known before the first message is read.
+/// Compression of the first chunk, "none" if messages are outside chunks, empty if there is
+/// neither. Determined before the first message is read.
 [[nodiscard]] Result<std::string> first_mcap_compression(ByteSource& source, ByteWindow& window);
 
 /// Offset of the first plausible chunk at or after `from`: its two lengths must agree.
@@ -43,9 +43,9 @@ struct McapSummary {
 [[nodiscard]] Result<std::uint64_t> count_mcap_index(ByteSource& source, ByteWindow& window,
                                                      std::uint64_t offset);
 
-/// Offset behind the closing magic of a file.
+/// Offset after the closing magic of a file.
 /// @param offset of the record that ends its data
-/// @return nothing if what lies between is damaged or ends before that
+/// @return nothing if the bytes in between are damaged or incomplete
 [[nodiscard]] Result<std::optional<std::uint64_t>> end_of_mcap(ByteSource& source,
                                                                ByteWindow& window,
                                                                std::uint64_t offset);

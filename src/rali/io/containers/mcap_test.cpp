@@ -127,20 +127,20 @@ TEST_P(EachLayout, tells_the_topics_of_a_file_that_was_never_closed_before_readi
 
 TEST_P(EachLayout, cut_at_every_byte_gives_a_prefix_and_says_so) {
   const Written written = small_mcap(GetParam().options);
-  std::size_t most = 0;
+  std::size_t maximum = 0;
   for (std::size_t n = kMcapMagic.size(); n < written.bytes.size(); ++n) {
     const Drained got = read(first(written.bytes, n));
     ASSERT_EQ(got.error, "") << n;
     ASSERT_TRUE(is_prefix(got.messages, written.messages)) << n;
-    ASSERT_GE(got.messages.size(), most) << n << ": a longer file gave fewer messages";
-    most = got.messages.size();
+    ASSERT_GE(got.messages.size(), maximum) << n << ": a longer file gave fewer messages";
+    maximum = got.messages.size();
     ASSERT_EQ(got.health.messages_skipped, 0U) << n << texts(got.health);
     ASSERT_TRUE(got.health.unindexed) << n;
   }
-  EXPECT_EQ(most, 12U);
+  EXPECT_EQ(maximum, 12U);
 }
 
-// Without chunks there is no checksum, so only the chunked layouts promise this.
+// Without chunks there is no checksum, so only the chunked layouts guarantee this.
 TEST(Mcap, a_flipped_byte_in_a_chunk_is_never_handed_out_as_data) {
   for (const Compression compression :
        {Compression::kNone, Compression::kLz4, Compression::kZstd}) {
@@ -181,7 +181,7 @@ TEST(Mcap, a_lying_chunk_length_is_passed_by_going_to_the_next_chunk) {
   for (const Compression compression : {Compression::kNone, Compression::kZstd}) {
     Written written = small_mcap(with(compression));
     std::size_t chunk = 0;
-    // The first record that is a chunk: its opcode is followed by a length below 256.
+    // Finds the first chunk record: its opcode is followed by a length below 256.
     for (std::size_t i = 9; chunk == 0; ++i) {
       if (written.bytes[i] == std::byte{6} && written.bytes[i + 2] == std::byte{0} &&
           written.bytes[i + 8] == std::byte{0}) {
@@ -251,7 +251,7 @@ TEST(Mcap, the_writer_refuses_what_the_format_cannot_hold) {
   EXPECT_FALSE(writer.write(*channel, Time{}, Time{}, {}));
 }
 
-/// One message a second in chunks of their own, at these seconds.
+/// One message per second, each in its own chunk, at these seconds.
 std::optional<bool> in_order(const std::vector<int>& seconds, bool close = true) {
   MemorySink sink;
   McapWriter::Options options = with(Compression::kNone);

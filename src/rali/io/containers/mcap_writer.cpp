@@ -20,7 +20,7 @@ void append_record(McapOp op, std::span<const std::byte> content, std::vector<st
   append.bytes(content);
 }
 
-/// MCAP names no compression by the empty text.
+/// In MCAP the empty string means no compression.
 std::string_view mcap_name(Compression compression) {
   return compression == Compression::kNone ? std::string_view() : name_of(compression);
 }

@@ -16,7 +16,7 @@
 namespace rali::io {
 
 /// Writes an MCAP with checksums, indexes, statistics and summary; the same bytes for the same
-/// calls. Only appends. Without close() it is what a recorder leaves that was killed.
+/// calls. Only appends. Without close() the file is as a killed recorder leaves it.
 class McapWriter {
  public:
   struct Options {

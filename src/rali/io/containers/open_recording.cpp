@@ -36,7 +36,7 @@ Opened open_sqlite(const std::string& path, const std::string& name, std::uint64
   return open_db3(std::move(*database), name, bytes, hints, limits);
 }
 
-/// A file that is not compressed as a whole. `name` is what the user knows it by.
+/// A file that is not compressed as a whole. `name` is the user's name for it.
 Opened open_plain(const std::string& path, const std::string& name, const Db3Hints& hints,
                   const ReadLimits& limits) {
   auto source = open_file_bytes(path, name);
@@ -51,7 +51,7 @@ Opened open_plain(const std::string& path, const std::string& name, const Db3Hin
   return fail(ErrorCode::kInput, name, kind->words, kind->remedy);
 }
 
-/// A file compressed as a whole, by way of a temporary file.
+/// A file compressed as a whole; decompressed to a temporary file.
 Opened open_zstd(ByteSource& source, const Db3Hints& hints, const ReadLimits& limits) {
   const std::string& name = source.name();
   auto unpacked = unpack_zstd_file(source, limits.temp_bytes);
@@ -65,7 +65,7 @@ Opened open_zstd(ByteSource& source, const Db3Hints& hints, const ReadLimits& li
     return tl::make_unexpected(error);
   }
   if (unpacked->trouble.empty()) return inside;
-  // Shared, because a std::function must be able to copy it. It is called once.
+  // Shared, because a std::function must be copyable. It is called once.
   auto held = std::make_shared<std::unique_ptr<MessageSource>>(std::move(*inside));
   auto all = std::make_unique<SplitSource>(
       name, std::vector<SplitSource::Part>{{name, source.size(), true}},

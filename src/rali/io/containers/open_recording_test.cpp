@@ -30,7 +30,7 @@ std::string refusal(const std::string& path) {
   return source ? "accepted" : source.error().message();
 }
 
-/// An MCAP with one message per data text, its time the running number.
+/// An MCAP with one message per data text, with consecutive times.
 std::vector<std::byte> mcap_of(const std::vector<std::string>& data, std::int64_t t_ns = 0) {
   MemorySink sink;
   McapWriter writer(sink, {});
@@ -160,7 +160,7 @@ TEST(OpenRecording, a_folder_and_a_database_alone_and_compressed_give_the_same) 
   write_file(scratch.path + "/x.db3.zstd", *packed);
   const Drained got = read(scratch.path + "/x.db3.zstd");
   EXPECT_EQ(contents(got), "one two ") << got.error;
-  // A folder whose file was compressed, as rosbag2's file mode leaves it.
+  // A folder with a compressed file, as rosbag2's file mode leaves it.
   fs::remove((*writer)->database_path());
   write_file((*writer)->database_path() + ".zstd", *packed);
   EXPECT_EQ(contents(read(scratch.path + "/bag")), "one two ");

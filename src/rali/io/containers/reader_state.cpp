@@ -9,14 +9,14 @@ namespace rali::io {
 namespace {
 
 constexpr std::size_t kFindingsMax = 100;
-/// Zeros that are stored, not holes: read at a GB/s.
+/// Limit for stored zeros (not holes), which are read at 1 GB/s.
 constexpr std::uint64_t kZerosBytesMax = 256ULL << 20;
 
-// A size field that was hit by damage gives an estimate far from the truth; no more than this
-// many times the bytes read is believed.
+// A damaged size field gives an absurd estimate; more than this multiple of the bytes read is
+// rejected.
 constexpr std::uint64_t kBelievableFactor = 20;
 
-/// The sentence of a file that holds nothing but zeros from `from` on; empty if it holds more.
+/// The sentence for a file with only zeros from `from` on; empty if it contains other bytes.
 Result<std::string> zeros_to_end(ByteSource& source, ByteWindow& window, std::uint64_t from) {
   const auto zeros = end_of_zeros(source, window, from, kZerosBytesMax);
   if (!zeros) return tl::make_unexpected(zeros.error());
@@ -109,7 +109,7 @@ void ReaderState::saw(Time t) {
 }
 
 void ReaderState::met_compression(std::string_view compression) {
-  // Writers leave a chunk uncompressed that would not shrink; the file is still "zstd".
+  // Writers leave an incompressible chunk uncompressed; the file is still "zstd".
   if (health.compression.empty() || health.compression == "none") {
     health.compression = compression;
   } else if (compression != "none" && compression != health.compression) {
@@ -171,7 +171,7 @@ Result<std::string> ReaderState::what_more(ByteSource& source, ByteWindow& windo
 bool spans_in_order(std::span<const std::pair<Time, Time>> spans) {
   double newest_s = -std::numeric_limits<double>::infinity();
   for (const auto& [first, last] : spans) {
-    // As doubles: hostile times may lie further apart than a Duration holds.
+    // As doubles: hostile times may differ by more than a Duration can hold.
     if (newest_s - first.s() > kOrderSlackS) return false;
     newest_s = std::max(newest_s, last.s());
   }

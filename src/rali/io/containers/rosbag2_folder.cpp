@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Real ones have some kilobytes, with a thousand splits some hundred.
+// Real files have some kilobytes, or some hundred with a thousand splits.
 constexpr std::size_t kMetadataBytesMax = 16U << 20;
 
 std::string unquoted(std::string_view text) {
@@ -28,7 +28,7 @@ std::string unquoted(std::string_view text) {
   return std::string(text);
 }
 
-/// What follows `key:` on this line, if it is this key.
+/// The value of `key:` on this line, if it is this key.
 std::optional<std::string_view> value_of(std::string_view line, std::string_view key) {
   if (!line.starts_with(key) || line.size() <= key.size() || line[key.size()] != ':') {
     return std::nullopt;
@@ -55,7 +55,7 @@ std::string stem_of(const std::string& name) {
   return path.stem().string();
 }
 
-/// Without the number of the split: "run_12" gives "run".
+/// The name without the number of the split: "run_12" gives "run".
 std::string family_of(const std::string& name) {
   const std::string stem = stem_of(name);
   const std::size_t end = stem.find_last_not_of("0123456789");
@@ -88,7 +88,7 @@ Result<Listing> list(const std::string& folder) {
   std::sort(names.begin(), names.end(), natural_less);
   std::set<std::string> stems;
   for (std::string& name : names) {
-    // ".db3" sorts before ".db3.zstd": what is already decompressed is taken.
+    // ".db3" sorts before ".db3.zstd": the decompressed file takes precedence.
     if (stems.insert(stem_of(name)).second) out.recordings.push_back(std::move(name));
   }
   return out;
@@ -103,8 +103,8 @@ std::optional<Rosbag2Metadata> read_metadata(const std::string& folder) {
   return parse_rosbag2_metadata(text);
 }
 
-/// Files of the metadata that are there, by name alone: older versions list "folder/file", newer
-/// "file", and folders get renamed; lists miss or keep ".zstd".
+/// Existing files of the metadata, matched by name alone. Older versions list "folder/file", newer
+/// ones "file", folders get renamed, and ".zstd" may be missing or left over.
 void take_listed(const std::string& folder, const Rosbag2Metadata& metadata,
                  const std::vector<std::string>& present, Rosbag2Folder& out) {
   for (const std::string& listed : metadata.files) {

@@ -27,7 +27,7 @@ struct Rosbag2Folder {
 
   std::vector<std::string> paths;
   bool zstd_messages = false;
-  std::vector<Note> notes;  ///< on what was missing
+  std::vector<Note> notes;  ///< on missing files
 };
 
 /// Lists the recordings of a folder in the order of metadata.yaml, or of the numbers in their

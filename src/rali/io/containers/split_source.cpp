@@ -31,7 +31,7 @@ Status SplitSource::start() {
     auto part = open_(parts_[i].path);
     if (!part) {
       if (!any) error = part.error();
-      continue;  // said when its turn comes
+      continue;  // reported when it is opened
     }
     counts_known = look_into(**part) && counts_known;
     span_known = (*part)->span().has_value() && span_known;
@@ -52,7 +52,7 @@ Status SplitSource::start() {
   return {};
 }
 
-/// Adds a part's topics, counts and span; false if it does not know its counts.
+/// Adds a part's topics, counts and span; false if it has no counts.
 bool SplitSource::look_into(MessageSource& part) {
   bool known = true;
   for (const Topic& topic : part.topics()) {
@@ -108,8 +108,8 @@ Result<bool> SplitSource::next(RawMessage& out) {
   return false;
 }
 
-/// Opens the next part; false after the last. One that cannot be opened is left out with a
-/// sentence, and current_ stays empty.
+/// Opens the next part; false after the last. An unreadable part is left out with a finding, and
+/// current_ stays empty.
 bool SplitSource::open_next() {
   if (next_part_ == parts_.size()) return false;
   const Part& part = parts_[next_part_++];
@@ -143,7 +143,7 @@ void SplitSource::map_topics() {
   }
 }
 
-/// The parts before plus the one being read.
+/// Sums the health of the parts already read and the current one.
 void SplitSource::merge_health() {
   const SourceHealth& part = current_->health();
   SourceHealth& all = state_.health;

@@ -22,13 +22,13 @@ class SplitSource final : public MessageSource {
   struct Part {
     std::string path;
     std::uint64_t bytes = 0;
-    /// False where opening means decompressing all: its topics are then found while reading.
+    /// False if opening decompresses everything: its topics are then collected while reading.
     bool cheap_to_open = true;
   };
 
   SplitSource(std::string name, std::vector<Part> parts, Open open, const ReadLimits& limits);
 
-  /// Sentences on the recording as a whole; before start().
+  /// Adds a finding on the whole recording; before start().
   void note(Severity severity, std::string sentence);
   void set_truncated();
 
@@ -68,7 +68,7 @@ class SplitSource final : public MessageSource {
 
   std::unique_ptr<MessageSource> current_;
   std::unique_ptr<MessageSource> first_;  ///< opened by start(), read from by the first next()
-  std::vector<std::optional<std::size_t>> topic_of_;  ///< ours, by topic of current_
+  std::vector<std::optional<std::size_t>> topic_of_;  ///< our index, by topic of current_
   SourceHealth before_;                               ///< of the parts already read
 };
 

@@ -15,13 +15,13 @@
 namespace rali::io {
 namespace {
 
-// Instructions of SQLite's virtual machine. Reading all takes some fifty for each row, and a row
-// has at least thirty bytes: only a damaged tree that leads in circles needs more.
+// Instructions of SQLite's virtual machine. A full read takes some fifty per row, and a row has at
+// least thirty bytes: only a damaged tree with cycles needs more.
 constexpr std::uint64_t kBudgetBase = 2'000'000;
 constexpr std::uint64_t kBudgetPerByte = 8;
 constexpr int kBudgetTick = 1'000;
 
-/// Called each kBudgetTick instructions; not 0 stops the statement.
+/// Called every kBudgetTick instructions; a nonzero result stops the statement.
 int spend(void* budget) {
   auto& left = *static_cast<std::uint64_t*>(budget);
   if (left == 0) return 1;
@@ -29,7 +29,7 @@ int spend(void* budget) {
   return 0;
 }
 
-/// A path in the form of an URI, which is how "immutable" is said.
+/// A path in the form of a URI, which is required for the option "immutable".
 std::string uri_of(const std::string& path, std::string_view options) {
   static constexpr char kHex[] = "0123456789ABCDEF";
   std::string uri = "file:";
@@ -55,7 +55,7 @@ Result<sqlite3*> open(const std::string& where, const std::string& name, int fla
   return fail(ErrorCode::kMachine, name, "cannot be opened by SQLite: " + reason);
 }
 
-/// A recorder that was killed may leave its last messages in a write-ahead log beside the file.
+/// A killed recorder may leave its last messages in a write-ahead log next to the file.
 bool has_write_ahead_log(const std::string& path) {
   std::error_code error;
   const auto size = std::filesystem::file_size(path + "-wal", error);
@@ -67,8 +67,8 @@ constexpr std::size_t kPageSizeAt = 16;
 constexpr std::size_t kWriteVersionAt = 18;
 constexpr std::size_t kReadVersionAt = 19;
 
-/// Bytes of whole pages. SQLite would fill up the last page of a cut file with zeros, which would
-/// then be handed out as data.
+/// Bytes of whole pages. SQLite would pad the last page of a truncated file with zeros and return
+/// them as data.
 std::uint64_t whole_pages(std::span<const std::byte> start, std::uint64_t bytes) {
   if (start.size() < kPageSizeAt + 2) return bytes;
   const auto high = std::to_integer<std::uint64_t>(start[kPageSizeAt]);
@@ -109,7 +109,7 @@ void SqlStatement::bind(int parameter, const std::string& value) {
 }
 
 void SqlStatement::bind(int parameter, std::span<const std::byte> value) {
-  // A null pointer would bind NULL; an empty blob is meant.
+  // A null pointer would bind NULL instead of an empty blob.
   const void* data = value.empty() ? static_cast<const void*>("") : value.data();
   sqlite3_bind_blob64(statement_.get(), parameter, data, value.size(), SQLITE_TRANSIENT);
 }
@@ -147,7 +147,7 @@ Result<SqlDatabase> SqlDatabase::open_file(const std::string& path, std::uint64_
   if (whole != bytes) return open_cut_file(path, whole, value_bytes_max);
   constexpr int kFlags = SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX;
   if (has_write_ahead_log(path)) {
-    // Needs to lock beside the file; where that is not allowed, the log is left out.
+    // Needs a lock file next to the database; without write permission the log is ignored.
     auto handle = open(uri_of(path, "?mode=ro"), path, kFlags);
     if (handle) {
       SqlDatabase database(*handle, path);
@@ -155,7 +155,7 @@ Result<SqlDatabase> SqlDatabase::open_file(const std::string& path, std::uint64_
       if (status && database.prepare("SELECT count(*) FROM sqlite_master")) return database;
     }
   }
-  // "immutable": no lock and no journal, so that a folder that may not be written can be read.
+  // "immutable": no lock and no journal, so that a read-only folder can be read.
   auto handle = open(uri_of(path, "?mode=ro&immutable=1"), path, kFlags);
   if (!handle) return tl::make_unexpected(handle.error());
   SqlDatabase database(*handle, path);
@@ -164,14 +164,14 @@ Result<SqlDatabase> SqlDatabase::open_file(const std::string& path, std::uint64_
   return database;
 }
 
-/// Hands the whole pages to SQLite as an image in memory, which the system reads as needed.
+/// Passes the whole pages to SQLite as an image in memory, which the system reads as needed.
 Result<SqlDatabase> SqlDatabase::open_cut_file(const std::string& path,
                                                std::uint64_t whole_pages_bytes,
                                                std::uint64_t value_bytes_max) {
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) return fail(ErrorCode::kMachine, path, "cannot be opened");
   const auto size = static_cast<std::size_t>(whole_pages_bytes);
-  // Private and writable: attach() changes two bytes of its own copy.
+  // Private and writable: attach() changes two bytes of this copy only.
   void* image =
       size == 0 ? MAP_FAILED
                 : ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_NORESERVE, fd, 0);
@@ -206,9 +206,9 @@ Result<SqlDatabase> SqlDatabase::open_bytes(std::span<const std::byte> bytes,
   return database;
 }
 
-/// Makes the image the database. SQLite frees it if `owned`, also when this fails.
+/// Attaches the image as the database. SQLite frees it if `owned`, also on failure.
 Status SqlDatabase::attach(std::span<std::byte> image, bool owned) {
-  // An image in memory cannot have a write-ahead log; version 1 says there is none.
+  // An image in memory cannot have a write-ahead log; version 1 declares that there is none.
   if (image.size() > kReadVersionAt) {
     image[kWriteVersionAt] = image[kReadVersionAt] = std::byte{1};
   }
@@ -233,8 +233,8 @@ Status SqlDatabase::prepare_for_reading(std::uint64_t file_bytes, std::uint64_t 
   sqlite3_progress_handler(database_.get(), kBudgetTick, spend, budget_.get());
   const auto limit = std::min<std::uint64_t>(value_bytes_max, std::numeric_limits<int>::max());
   sqlite3_limit(database_.get(), SQLITE_LIMIT_LENGTH, static_cast<int>(limit));
-  // writable_schema: SQLite opens a file that is shorter than its header says only like this. It
-  // stays read-only. trusted_schema: no function in a schema we did not write is run.
+  // writable_schema: needed to open a file that is shorter than its header claims. It stays
+  // read-only. trusted_schema: no function in an untrusted schema is run.
   return run("PRAGMA writable_schema=ON; PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON;");
 }
 

@@ -40,11 +40,11 @@ class SqlStatement {
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
 };
 
-/// An SQLite database. Reading never writes beside the file and never runs without end on a
-/// damaged one: all steps together have a budget that grows with the size of the file.
+/// An SQLite database. Reading never writes next to the file. Reading a damaged file always ends:
+/// all steps together have a budget that grows with the size of the file.
 class SqlDatabase {
  public:
-  /// Reads even what is cut short. `value_bytes_max` limits one text or blob.
+  /// Reads even truncated files. `value_bytes_max` limits one text or blob.
   [[nodiscard]] static Result<SqlDatabase> open_file(const std::string& path,
                                                      std::uint64_t value_bytes_max);
   /// Reads from memory, which is copied.
@@ -52,7 +52,7 @@ class SqlDatabase {
                                                       std::uint64_t value_bytes_max);
   [[nodiscard]] static Result<SqlDatabase> create(const std::string& path);
 
-  /// None if the SQL does not fit the tables, or these cannot be read.
+  /// None if the SQL does not match the tables, or these cannot be read.
   [[nodiscard]] std::optional<SqlStatement> prepare(const std::string& sql);
   [[nodiscard]] Status run(const std::string& sql);
   [[nodiscard]] std::string last_error() const;

@@ -8,8 +8,8 @@
 
 namespace rali::io {
 
-/// A file of its own in the folder for temporary files (TMPDIR), removed with this object. A
-/// reader that has opened it may outlive it: the bytes go when the last reader does.
+/// A temporary file (in TMPDIR), removed with this object. A reader that has opened it may outlive
+/// it: the bytes are freed when the last reader closes.
 class TempFile {
  public:
   [[nodiscard]] static Result<TempFile> create();
@@ -31,14 +31,14 @@ class TempFile {
   std::string path_;
 };
 
-/// How much of a .zstd file could be had.
+/// Result of decompressing a .zstd file.
 struct Unpacked {
   TempFile file;
-  std::string trouble;  ///< empty if all: "is cut", "is damaged"
+  std::string trouble;  ///< empty if complete: "is cut", "is damaged"
 };
 
-/// Decompresses a file to a temporary one, at most `bytes_max`. A cut or damaged file gives what
-/// comes before. Errors: disk full, no room for `bytes_max`.
+/// Decompresses a file to a temporary one, at most `bytes_max`. A truncated or damaged file gives
+/// the part before the damage. Errors: disk full, no room for `bytes_max`.
 [[nodiscard]] Result<Unpacked> unpack_zstd_file(ByteSource& source, std::uint64_t bytes_max);
 
 }  // namespace rali::io

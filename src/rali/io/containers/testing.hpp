@@ -16,10 +16,10 @@
 #include "rali/io/containers/cursor.hpp"
 #include "rali/io/message_source.hpp"
 
-// What the tests of the readers share. Only tests include it.
+// Shared helpers of the reader tests. Only tests include this.
 namespace rali::io::testing {
 
-/// One message as it came out of a reader, copied.
+/// One message returned by a reader, copied.
 struct Got {
   std::string topic;
   std::int64_t t_ns = 0;
@@ -30,7 +30,7 @@ struct Got {
 struct Drained {
   std::vector<Got> messages;
   SourceHealth health;
-  std::string error;  ///< empty if the reading ended by itself
+  std::string error;  ///< empty if the reading ended normally
 };
 
 inline Drained drain(MessageSource& source) {
@@ -73,7 +73,7 @@ inline bool is_prefix(const std::vector<Got>& some, const std::vector<Got>& all)
                     all.begin() + static_cast<std::ptrdiff_t>(some.size()));
 }
 
-/// A folder of this test's own, removed at its end.
+/// A temporary folder of one test, removed at its end.
 struct ScratchFolder {
   ScratchFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "rali-test-XXXXXX").string();

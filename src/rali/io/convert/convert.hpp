@@ -9,17 +9,17 @@
 
 namespace rali::io {
 
-/// What a conversion did.
+/// Result of a conversion.
 struct Conversion {
   std::string done;               ///< "1204 messages of 5 topics"
-  std::vector<std::string> lost;  ///< what the target does not hold, one sentence each
+  std::vector<std::string> lost;  ///< content that the target cannot hold, one sentence each
   FindingList findings;           ///< damage of the input
   bool gaps = false;              ///< part of the input is missing in the target
 };
 
 struct ConvertOptions {
   std::string to;     ///< kind of the target as in kConvertTargets; empty: by the extension of OUT
-  std::string times;  ///< file of stamps, one a line, for trajectories without (KITTI)
+  std::string times;  ///< file of stamps, one a line, for trajectories without stamps (KITTI)
   /// Called with the fraction of a recording read so far; false stops the conversion.
   std::function<bool(double)> go_on = [](double) { return true; };
 };
@@ -27,8 +27,8 @@ struct ConvertOptions {
 /// Kinds of targets: recording, clouds, trajectories.
 [[nodiscard]] const std::vector<std::string>& convert_targets();
 
-/// Writes `in` as `out`, whole or not at all. What `in` is follows from its content, what `out`
-/// becomes from its extension. Recordings stream; clouds and trajectories are read whole.
+/// Writes `in` as `out`, whole or not at all. The content of `in` and the extension of `out`
+/// determine their kinds. Recordings are streamed; clouds and trajectories are read whole.
 /// Errors: kUsage (unknown target), kInput, kMachine, kInterrupted.
 [[nodiscard]] Result<Conversion> convert(const std::string& in, const std::string& out,
                                          const ConvertOptions& options = {});

@@ -11,7 +11,7 @@ namespace rali::io {
 
 Result<Conversion> convert_cloud(const std::string& in, const std::string& out,
                                  const std::string& to) {
-  // A folder has a sentence of its own; a file is judged by its content.
+  // A folder has its own error; a file is recognised by its content.
   if (const auto kind = input_kind(in); !kind) return tl::make_unexpected(kind.error());
   const auto cloud = read_cloud_file(in);
   if (!cloud) return tl::make_unexpected(cloud.error());

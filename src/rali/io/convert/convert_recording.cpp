@@ -19,7 +19,7 @@ namespace {
 using wire::Encoding;
 using wire::MessageKind;
 
-constexpr std::uint64_t kAskEvery = 512;  ///< messages between two questions whether to go on
+constexpr std::uint64_t kAskEvery = 512;  ///< messages between two calls of go_on
 
 std::string profile_of(const std::vector<Topic>& topics) {
   bool ros1 = false, cdr = false;
@@ -31,7 +31,7 @@ std::string profile_of(const std::vector<Topic>& topics) {
   return ros1 ? "ros1" : "ros2";
 }
 
-/// How the text of a definition is written, as MCAP names it.
+/// Format of a definition's text, in MCAP's names.
 std::string schema_encoding(const Topic& topic, const std::string& definition) {
   if (definition.empty()) return "";
   if (topic.encoding == Encoding::kRos1) return "ros1msg";
@@ -49,7 +49,7 @@ class RecordingCopy {
   RecordingCopy(MessageSource& source, McapWriter& mcap, const std::string& path)
       : source_(source), mcap_(mcap), path_(path) {}
 
-  /// One message: as it is, or a CustomMsg as PointCloud2.
+  /// Writes one message: unchanged, or a CustomMsg as PointCloud2.
   Status add(const RawMessage& message) {
     if (message.t_record.ns < 0) {
       ++before_1970_;
@@ -74,7 +74,7 @@ class RecordingCopy {
   [[nodiscard]] Conversion result() const;
 
  private:
-  /// The channel of a topic, made with its first message.
+  /// The channel of a topic, created with its first message.
   Result<std::uint16_t> channel_of(std::size_t index, const Topic& topic, const std::string& type,
                                    std::string definition) {
     if (const auto known = channels_.find(index); known != channels_.end()) return known->second;

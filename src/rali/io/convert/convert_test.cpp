@@ -53,7 +53,7 @@ std::string write_bag(const TestFolder& folder) {
   return path;
 }
 
-// A viewer knows PointCloud2 and not CustomMsg; all else must arrive as it was recorded.
+// Viewers support PointCloud2 but not CustomMsg; all other messages must be copied unchanged.
 TEST(Convert, bag_becomes_mcap_with_point_clouds) {
   const TestFolder folder;
   const auto done = convert(write_bag(folder), folder.path("run.mcap"));

@@ -28,7 +28,7 @@ constexpr std::string_view kEurocHeader =
 constexpr std::size_t kKittiNumbers = 12;
 constexpr double kRotationSlack = 0.01;  ///< KITTI matrices have 6 to 7 digits
 
-/// A trajectory of any kind; without stamps all of them are zero.
+/// A trajectory of any kind; missing stamps are zero.
 struct Trajectory {
   TumFile file;
   bool stamps = true;
@@ -147,7 +147,7 @@ Result<Trajectory> read_trajectory(const std::string& path) {
   return Trajectory{std::move(*tum), true, {}};
 }
 
-/// Gives the poses the stamps of a file with one a line.
+/// Sets the stamps of the poses from a file with one per line.
 Status add_times(Trajectory& trajectory, const std::string& path) {
   const auto bytes = read_file(path, kCloudBytesMax);
   if (!bytes) return tl::make_unexpected(bytes.error());

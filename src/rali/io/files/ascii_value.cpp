@@ -13,7 +13,7 @@ namespace {
 template <class T>
 bool store_integer(std::string_view word, std::byte* out) {
   auto value = parse_integer(word);
-  if (!value) {  // "12.0", as programs write that know only floats
+  if (!value) {  // "12.0", written by programs that support only floats
     const auto number = parse_number(word);
     if (!number || !(std::abs(*number) < 1e15) || *number != std::floor(*number)) return false;
     value = static_cast<std::int64_t>(*number);

@@ -18,11 +18,11 @@
 namespace rali::io {
 namespace {
 
-// Many small writes become few system calls.
+// Combines many small writes into few system calls.
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
 
-/// Makes a rename survive power loss. Some file systems refuse fsync of a folder; then nothing
-/// better can be done, and the file itself is whole.
+/// Makes a rename survive power loss. Some file systems refuse fsync of a folder; this is ignored,
+/// since the file itself is complete.
 void sync_folder_of(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
   const int fd = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_CLOEXEC | O_DIRECTORY);
@@ -31,7 +31,7 @@ void sync_folder_of(const std::string& path) {
   ::close(fd);
 }
 
-/// Bytes up to and with the last line end; 0 if there is none or the file cannot be read.
+/// Bytes up to and including the last line end; 0 if there is none or the file cannot be read.
 std::uint64_t end_of_whole_lines(const std::string& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   constexpr std::streamoff kBlock = 1 << 16;

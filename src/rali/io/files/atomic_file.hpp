@@ -12,10 +12,10 @@
 
 namespace rali::io {
 
-/// What happens to the unfinished `.NAME.tmp` when the object goes away without commit().
+/// What happens to the unfinished `.NAME.tmp` when the object is destroyed without commit().
 enum class OnAbandon {
-  kRemove,  ///< a result that is worth nothing unless whole
-  kKeep     ///< a stream whose lines so far are worth keeping
+  kRemove,  ///< an incomplete result is useless
+  kKeep     ///< a stream whose lines so far are useful
 };
 
 /// A file that appears whole or not at all (product.md section 1): bytes go to `.NAME.tmp` in the
@@ -35,19 +35,19 @@ class AtomicFile {
   [[nodiscard]] Status write(std::span<const std::byte> bytes);
   [[nodiscard]] Status write(std::string_view text);
 
-  /// Replaces bytes that were written before; for headers that need what comes later.
+  /// Replaces bytes that were written before; for headers with values known only later.
   [[nodiscard]] Status overwrite(std::uint64_t offset, std::span<const std::byte> bytes);
 
-  /// Brings everything written so far to the disk (fdatasync of the temporary file): it then
+  /// Flushes everything written so far to the disk (fdatasync of the temporary file). It then
   /// survives a kill and a power loss, under the name temporary_path().
   [[nodiscard]] Status sync();
 
-  /// After a failed write (full disk): gives NAME to the whole lines that did reach the file, which
-  /// needs no room. Without any line, or if that fails too, the temporary file is removed.
+  /// After a failed write (full disk): renames the file with its whole lines to NAME, which needs
+  /// no space. Without any line, or if that fails too, the temporary file is removed.
   void keep_whole_lines();
 
-  /// Flushes, syncs, renames, syncs the folder. Nothing may be written afterwards. Fails if a write
-  /// before did, since bytes are missing then.
+  /// Flushes, syncs, renames, syncs the folder. Nothing may be written afterwards. Fails if an
+  /// earlier write failed, since bytes are missing then.
   [[nodiscard]] Status commit();
 
   [[nodiscard]] std::uint64_t size() const { return written_ + buffer_.size(); }
@@ -71,7 +71,7 @@ class AtomicFile {
   OnAbandon on_abandon_ = OnAbandon::kRemove;
   std::vector<std::byte> buffer_;
   std::uint64_t written_ = 0;
-  std::optional<Error> broken_;  ///< the first failed write: what follows it is torn
+  std::optional<Error> broken_;  ///< the first failed write: later bytes would be torn
 };
 
 /// create, write, commit.

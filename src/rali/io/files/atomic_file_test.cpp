@@ -109,7 +109,7 @@ TEST(AtomicFile, over_a_folder_fails_and_removes_its_temporary_file) {
   EXPECT_EQ(folder.files(), 1U);
 }
 
-/// /dev/full exists to try exactly this; a symbolic link stands in for the temporary file.
+/// /dev/full simulates a full disk; a symbolic link replaces the temporary file.
 TEST(AtomicFile, on_a_full_disk_is_a_machine_error_that_says_so) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "NO /dev/full: full disk not tested";
   const TestFolder folder;

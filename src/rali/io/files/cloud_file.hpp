@@ -16,7 +16,7 @@ namespace rali::io {
 
 enum class CloudFileKind { kPcd, kPly, kKitti, kLas };
 
-/// A point cloud as it lies in a file, brought to the shape of a PointCloud2: whole points in rows
+/// A point cloud of a file in the layout of a PointCloud2: whole points in rows
 /// of point_step bytes, little endian. Owns its bytes.
 struct CloudFile {
   CloudFileKind kind = CloudFileKind::kPcd;
@@ -25,8 +25,8 @@ struct CloudFile {
   std::uint32_t point_step = 0;         ///< bytes of one point
   std::vector<wire::CloudField> fields;
   std::vector<std::byte> data;
-  /// VIEWPOINT of a PCD that is not the identity. What it means differs between programs; the
-  /// points are left as they are.
+  /// VIEWPOINT of a PCD that is not the identity. Programs interpret it differently; the points are
+  /// not transformed.
   std::optional<geometry::SE3> viewpoint;
   FindingList findings;
 
@@ -38,13 +38,13 @@ struct CloudFile {
   /// Element 0 of a field for all points, as doubles. `field_index` must be a valid index.
   [[nodiscard]] std::vector<double> column(int field_index) const;
 
-  /// Points into this object, which must live longer.
+  /// View of this object's points; the object must outlive it.
   [[nodiscard]] wire::CloudView view(Time stamp, std::string frame_id) const;
 };
 
 /// Layout of a KITTI .bin, which has no header.
 enum class KittiLayout {
-  kAuto,          ///< by value: x y z intensity, or a refusal that says what it looks like
+  kAuto,          ///< by value: x y z intensity, or an error that describes the content
   kXyzIntensity,  ///< four float32
   kXyz            ///< three float32
 };
@@ -56,9 +56,9 @@ struct CloudFileOptions {
 /// Clouds above this size are refused: offsets within a PointCloud2 are 32 bits wide.
 inline constexpr std::uint64_t kCloudBytesMax = 0xffff'ffffULL;
 
-/// Reads a cloud; PCD, PLY and LAS are known by their content, KITTI .bin by its name. Errors:
-/// kInput, with file and line or offset, for damage and for what is no cloud; a KITTI .bin cut in
-/// the midst of a point is taken with a finding.
+/// Reads a cloud; PCD, PLY and LAS are recognised by content, KITTI .bin by name. Errors: kInput,
+/// with file and line or offset, for damage and for files that are no cloud. A KITTI .bin that ends
+/// within a point is accepted with a finding.
 [[nodiscard]] Result<CloudFile> read_cloud_file(const std::string& path,
                                                 const CloudFileOptions& options = {});
 

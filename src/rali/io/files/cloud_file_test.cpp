@@ -82,11 +82,11 @@ TEST(Kitti, three_floats_a_point_are_refused_unless_told) {
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().what.find("12 bytes a point"), std::string::npos)
       << refused.error().message();
-  const auto told = parse_cloud_file(bytes, "a.bin", {KittiLayout::kXyz});
-  ASSERT_TRUE(told);
-  EXPECT_EQ(told->size(), 100U);
-  EXPECT_EQ(told->field("intensity"), -1);
-  EXPECT_EQ(told->column(told->field("z"))[99], -1.0);
+  const auto reported = parse_cloud_file(bytes, "a.bin", {KittiLayout::kXyz});
+  ASSERT_TRUE(reported);
+  EXPECT_EQ(reported->size(), 100U);
+  EXPECT_EQ(reported->field("intensity"), -1);
+  EXPECT_EQ(reported->column(reported->field("z"))[99], -1.0);
 }
 
 TEST(Kitti, a_list_of_times_is_no_scan) {
@@ -183,8 +183,8 @@ TEST(CloudFile, reads_real_kitti_and_refuses_the_twelve_byte_files) {
     const auto refused = read_cloud_file(path);
     ASSERT_FALSE(refused) << path;
     EXPECT_NE(refused.error().what.find("looks like x y z without intensity"), std::string::npos);
-    const auto told = read_cloud_file(path, {KittiLayout::kXyz});
-    ASSERT_TRUE(told);
+    const auto reported = read_cloud_file(path, {KittiLayout::kXyz});
+    ASSERT_TRUE(reported);
   }
   EXPECT_EQ(
       read_cloud_file(real_data("lio_samples/newer_06/raw_00.bin"), {KittiLayout::kXyz})->size(),

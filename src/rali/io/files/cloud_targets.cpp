@@ -21,10 +21,10 @@ namespace {
 
 constexpr std::size_t kLot = 4096;
 constexpr std::string_view kScalar = "scalar_";
-// Beyond this the steps of float32 are larger than the millimetre of a LAS file.
+// Beyond this float32 resolves less than the millimetre of a LAS file.
 constexpr double kFloatReach_m = 8192.0;
 
-/// Fields of one element per column; PLY and LAS have no arrays.
+/// One-element fields, one per column; PLY and LAS have no arrays.
 struct Column {
   std::string name;
   std::uint32_t offset = 0;
@@ -44,7 +44,7 @@ std::vector<Column> single_columns(const CloudFile& cloud) {
   return columns;
 }
 
-/// Header and rows, `row` appending one point.
+/// Writes header and rows; `row` appends one point.
 template <class Row>
 Status write_rows(const std::string& path, const std::string& header, std::size_t points,
                   const Row& row) {
@@ -67,7 +67,7 @@ void append_bytes(const CloudFile& cloud, std::size_t point, std::uint32_t offse
   out.insert(out.end(), from, from + bytes);
 }
 
-/// The columns that LAS and KITTI take, as doubles; without the field: zeros.
+/// The columns of LAS and KITTI, as doubles; zeros without the field.
 std::vector<double> column_or_zeros(const CloudFile& cloud, std::string_view name) {
   for (std::size_t i = 0; i < cloud.fields.size(); ++i) {
     if (cloud.fields[i].name == name) return cloud.column(static_cast<int>(i));
@@ -75,7 +75,7 @@ std::vector<double> column_or_zeros(const CloudFile& cloud, std::string_view nam
   return std::vector<double>(cloud.size(), 0.0);
 }
 
-/// x y z, the points whose coordinates are finite, and what that leaves out.
+/// x y z, the points with finite coordinates, and a note on those left out.
 struct FinitePoints {
   std::array<std::vector<double>, 3> p_m;
   std::vector<std::size_t> kept;
@@ -234,7 +234,7 @@ Result<LostParts> write_cloud_las(const std::string& path, const CloudFile& clou
   double reach_m = 0.0;
   std::array<std::vector<float>, 3> p_m;
   for (std::size_t k = 0; k < 3; ++k) {
-    // Site coordinates do not fit a float: only the difference to the first point does.
+    // Site coordinates exceed the precision of a float, the difference to the first point does not.
     if (!points.kept.empty()) {
       options.shift_m[k] = std::floor(points.p_m[k][points.kept.front()]);
     }

@@ -9,7 +9,7 @@
 
 namespace rali::io {
 
-/// What a cloud file cannot hold of a cloud, one sentence each.
+/// Content of a cloud that a file format cannot hold, one sentence each.
 using LostParts = std::vector<std::string>;
 
 /// Any cloud as PCD, binary: all fields with their types.

@@ -9,7 +9,7 @@
 namespace rali::io {
 namespace {
 
-// Points go to the file in lots of this many, so that little memory is held.
+// Points are written in batches of this size, to limit memory.
 constexpr std::size_t kLot = 4096;
 
 std::string pcd_header(const char* columns, std::uint64_t points) {

@@ -16,13 +16,13 @@ struct MapColumns {
   std::span<const float> x_m, y_m, z_m;  ///< in map
   std::span<const float> intensity;
   std::span<const float> sigma_m;       ///< expected position error
-  std::span<const std::uint16_t> seen;  ///< keyframes that saw the point
+  std::span<const std::uint16_t> seen;  ///< keyframes that observed the point
   std::span<const std::uint8_t> vehicle;
 
   [[nodiscard]] std::size_t size() const { return x_m.size(); }
 };
 
-/// Gives the map part by part, so that it need not lie in memory as a whole: true and `out` filled,
+/// Yields the map part by part, so that it need not be in memory as a whole: true and `out` filled,
 /// or false at the end.
 using MapParts = std::function<Result<bool>(MapColumns& out)>;
 
@@ -30,7 +30,7 @@ using MapParts = std::function<Result<bool>(MapColumns& out)>;
 [[nodiscard]] MapParts one_part(const MapColumns& columns);
 
 /// map.pcd (product.md section 5): binary, `x y z intensity sigma` float32, `seen` uint16,
-/// `vehicle` uint8. `points`: the sum of all parts; a difference is our own mistake and asserted.
+/// `vehicle` uint8. `points`: the sum of all parts; asserted.
 [[nodiscard]] Status write_map_pcd(const std::string& path, std::uint64_t points,
                                    const MapParts& parts);
 
@@ -41,12 +41,12 @@ using MapParts = std::function<Result<bool>(MapColumns& out)>;
 struct LasOptions {
   /// Added to all coordinates, e.g. the origin of the site [m].
   std::array<double, 3> shift_m = {0.0, 0.0, 0.0};
-  /// LAS intensity is a number of 16 bits: 65535 / the sensor's largest value.
+  /// LAS intensity is a 16-bit number: 65535 / the sensor's largest value.
   double intensity_scale = 1.0;
 };
 
-/// LasOptions::intensity_scale for these values: sensors count to 1, 255 or 65535, and the largest
-/// value shows which.
+/// LasOptions::intensity_scale for these values: the largest value shows whether the sensor's range
+/// ends at 1, 255 or 65535.
 [[nodiscard]] double las_intensity_scale(std::span<const float> intensity);
 
 /// map.las: LAS 1.4, point format 6, scale 0.001 m, offset near the first point, not compressed.

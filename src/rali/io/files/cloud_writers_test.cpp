@@ -129,7 +129,7 @@ T at(const std::string& bytes, std::size_t offset) {
   return value;
 }
 
-/// Offsets by hand from the LAS 1.4 specification, not from the writer.
+/// Offsets taken from the LAS 1.4 specification, not from the writer.
 TEST(LasWriter, header_and_points_lie_where_the_specification_says) {
   const TestFolder folder;
   const Map map(60);

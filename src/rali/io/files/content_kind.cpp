@@ -16,7 +16,7 @@ struct Magic {
   std::string_view kind;
 };
 
-// Three bytes at least: the numbers of a KITTI scan begin with any two of them now and then.
+// At least three bytes: the numbers of a KITTI scan may begin with any two of them by chance.
 constexpr std::array kMagics = {
     Magic{"#ROSBAG V"sv, "a ROS bag"},
     Magic{"\x89MCAP0\r\n"sv, "an MCAP recording"},

@@ -6,8 +6,8 @@
 
 namespace rali::io {
 
-/// What the first bytes of a file say it is, in words for an error message: "a ROS bag",
-/// "an empty file", "text"; "binary data of unknown kind" where there is no sign.
+/// Kind of a file by its first bytes, as words for an error message: "a ROS bag", "an empty file",
+/// "text"; "binary data of unknown kind" if not recognised.
 [[nodiscard]] std::string content_kind(std::span<const std::byte> head);
 
 /// True where the bytes begin a PCD file (its first keyword or its usual first comment).
@@ -19,7 +19,7 @@ namespace rali::io {
 /// True where the bytes begin a LAS file.
 [[nodiscard]] bool begins_las(std::span<const std::byte> head);
 
-/// True if these bytes are a known kind of file or printable text, so no bare numbers.
+/// True if these bytes are a known kind of file or printable text, so not raw numbers.
 [[nodiscard]] bool has_known_kind(std::span<const std::byte> head);
 
 }  // namespace rali::io

@@ -13,7 +13,7 @@ namespace rali::io {
 namespace {
 
 constexpr std::size_t kChunkBytes = std::size_t{1} << 18;
-// No table of ours has rows near this; longer is no table, or a quote that is never closed.
+// The program's tables have far shorter rows; longer is no table, or an unclosed quote.
 constexpr std::size_t kRowBytesMax = std::size_t{1} << 20;
 constexpr std::size_t kColumnsMax = 10000;
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
@@ -84,7 +84,7 @@ Result<bool> CsvReader::take_physical_line(std::string& out) {
   }
 }
 
-/// Lines until the quotes are closed; comments and blank lines are passed over.
+/// Reads lines until the quotes are closed; skips comments and blank lines.
 Result<bool> CsvReader::take_logical_line() {
   while (true) {
     text_.clear();

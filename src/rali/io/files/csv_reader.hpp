@@ -14,8 +14,8 @@
 namespace rali::io {
 
 /// Reads a CSV table row by row: first line of names, commas, cells in "quotes" where they hold
-/// commas, quotes ("") or line ends. Takes CRLF, a byte order mark, blank lines and lines of
-/// comment (#). Memory does not grow with the file. Errors: kInput with file and line.
+/// commas, quotes ("") or line ends. Accepts CRLF, a byte order mark, blank lines and
+/// comment lines (#). Memory does not grow with the file. Errors: kInput with file and line.
 class CsvReader {
  public:
   [[nodiscard]] static Result<CsvReader> open(const std::string& path);
@@ -26,10 +26,10 @@ class CsvReader {
   /// Names of the columns, without blanks around them.
   [[nodiscard]] const std::vector<std::string>& header() const { return header_; }
 
-  /// Index of a column under its name or its old one (old_names.hpp), -1 if there is none.
+  /// Index of a column by its current or old name (old_names.hpp), -1 if there is none.
   [[nodiscard]] int column(std::string_view name) const;
 
-  /// Index of a column that must be there. Errors: kInput naming it and those that are there.
+  /// Index of a required column. Errors: kInput with its name and the columns present.
   [[nodiscard]] Result<int> require(std::string_view name) const;
 
   /// True: a row is there. False: end.
@@ -60,7 +60,7 @@ class CsvReader {
 
   std::optional<InputFile> file_;
   std::string name_;
-  std::string buffer_;  ///< bytes read but not yet taken, from buffer_at_ on
+  std::string buffer_;  ///< bytes read but not yet consumed, from buffer_at_ on
   std::size_t buffer_at_ = 0;
   bool at_end_ = false;
   std::uint64_t next_line_ = 1;

@@ -44,7 +44,7 @@ TEST(CsvReader, takes_quotes_comments_carriage_returns_and_byte_order_marks) {
   EXPECT_FALSE(csv->next().value());
 }
 
-TEST(CsvReader, tells_rows_of_other_lengths) {
+TEST(CsvReader, reports_rows_of_other_lengths) {
   auto csv = CsvReader::from_text("a,b\n1\n1,2,3\n1,2\n", "x.csv");
   ASSERT_TRUE(csv);
   ASSERT_TRUE(csv->next().value());

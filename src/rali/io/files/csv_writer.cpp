@@ -44,7 +44,7 @@ CsvRow& CsvRow::integer(std::int64_t value) {
 
 CsvRow& CsvRow::text(std::string_view value) {
   begin_cell();
-  // '#' would make the line a comment; blanks at the ends would be lost in reading.
+  // '#' would make the line a comment; blanks at the ends would be lost when read back.
   const bool plain = value.find_first_of(",\"\r\n#") == std::string_view::npos &&
                      trimmed(value).size() == value.size();
   if (plain) {

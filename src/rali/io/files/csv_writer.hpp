@@ -12,14 +12,14 @@
 
 namespace rali::io {
 
-/// Cells of one row, from left to right. What is not finite becomes an empty cell: not known.
+/// Cells of one row, from left to right. A value that is not finite becomes an empty cell: unknown.
 class CsvRow {
  public:
   CsvRow& stamp(Time t);                      ///< seconds, nine decimals
   CsvRow& fixed(double value, int decimals);  ///< 1.500
   CsvRow& scientific(double value, int decimals);
   CsvRow& integer(std::int64_t value);
-  CsvRow& text(std::string_view value);  ///< quoted where it must be
+  CsvRow& text(std::string_view value);  ///< quoted if necessary
   CsvRow& empty();
 
   [[nodiscard]] std::size_t cells() const { return cells_; }
@@ -42,8 +42,8 @@ class CsvWriter {
   [[nodiscard]] static Result<CsvWriter> create(const std::string& path,
                                                 const std::vector<std::string>& columns);
 
-  /// The row must have as many cells as there are columns. `t`: its data time, for the rule of
-  /// 10 s of StreamFile.
+  /// The row must have as many cells as there are columns. `t`: its data time, for the 10 s flush
+  /// interval of StreamFile.
   [[nodiscard]] Status add(const CsvRow& row, Time t);
   [[nodiscard]] Status add(const CsvRow& row);
 

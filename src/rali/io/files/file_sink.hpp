@@ -8,7 +8,7 @@
 
 namespace rali::io {
 
-/// A recording that appears under its name when it is whole.
+/// A recording that appears under its name once it is complete.
 class FileSink final : public ByteSink {
  public:
   explicit FileSink(AtomicFile file) : file_(std::move(file)) {}

@@ -20,7 +20,7 @@ namespace rali::io {
 namespace {
 
 constexpr int kDecimals = 9;
-// PyFactorGraph's names: capitals but L, its sign of a landmark.
+// PyFactorGraph's names: capitals except L, which marks a landmark.
 constexpr std::string_view kLetters = "ABCDEFGHIJKMNOPQRSTUVWXYZ";
 
 /// Upper triangle, row by row, with translation before rotation.
@@ -44,7 +44,7 @@ constexpr double kQuaternionSlack = 0.01;
 // z, roll and pitch of a planar edge.
 constexpr double kPlanarInformation = 1e4;
 
-/// Reads a g2o file line by line; each reader returns what is wrong with its line.
+/// Reads a g2o file line by line; each function returns the error in its line.
 class G2oReader {
  public:
   std::optional<std::string> line(std::string_view rest) {
@@ -91,7 +91,7 @@ class G2oReader {
     return std::nullopt;
   }
 
-  /// Index of a vertex; one that is new is not placed yet.
+  /// Index of a vertex; a new one has no pose yet.
   std::optional<std::string> index(std::string_view& rest, std::size_t& out) {
     const std::string_view word = take_word(rest);
     const auto id = parse_integer(word);
@@ -119,7 +119,7 @@ class G2oReader {
     return at_end(rest);
   }
 
-  /// `Dim` rows of information, of which the file has the upper triangle.
+  /// Reads `Dim` rows of information, of which the file has the upper triangle.
   template <std::size_t N, int Dim>
   std::optional<std::string> edge(std::string_view rest) {
     GraphEdge edge;
@@ -145,7 +145,7 @@ class G2oReader {
     return at_end(rest);
   }
 
-  /// Of x y z rx ry rz or of x y rz, in (rotation, translation).
+  /// Index of a row of (x y z rx ry rz) or (x y rz) in (rotation, translation).
   template <int Dim>
   static int place_of(int row) {
     if (Dim == 6) return (row + 3) % 6;

@@ -20,8 +20,8 @@ struct GraphVertex {
   geometry::SE3 T;  ///< in map
 };
 
-/// A relative pose. 6x6 matrices in the order of this program (rotation, translation) [rad, m],
-/// rotation vector; the writers put translation first, as the formats want it.
+/// A relative pose. 6x6 matrices in this program's order (rotation, translation) [rad, m], rotation
+/// vector; the writers put translation first, as the formats require.
 struct GraphEdge {
   Time t;
   std::size_t from = 0, to = 0;  ///< indices in the list of vertices
@@ -51,17 +51,17 @@ struct GraphFile {
 struct G2oFile {
   GraphFile graph;                ///< stamps and keyframe ids are not in the file; no covariances
   std::vector<std::int64_t> ids;  ///< of the vertices, as the file names them
-  std::vector<bool> placed;       ///< false: only edges speak of the vertex, its pose is identity
-  bool planar = false;            ///< all that was read is of two dimensions
+  std::vector<bool> placed;       ///< false: only edges refer to the vertex, its pose is identity
+  bool planar = false;            ///< the file contains only 2-D elements
 };
 
 /// Reads `VERTEX_SE3:QUAT`, `EDGE_SE3:QUAT`, `VERTEX_SE2` and `EDGE_SE2`. Planar poses and edges
-/// get z, roll and pitch 0, known with information 1e4 (algorithms_fleet 8.7). Information as in
-/// the file, in the order of this program; a file that means the vector part of a quaternion by
-/// rotation has four times the value. Vertices come in the order of the file, then those that only
-/// edges name. `FIX` and lines that begin with # are left out.
+/// get z, roll and pitch 0 with information 1e4 (algorithms_fleet 8.7). Information is kept as in
+/// the file, reordered to this program's order. If the file's rotation is the vector part of a
+/// quaternion, the information is four times larger. Vertices come in the order of the file, then
+/// those that only edges name. `FIX` and lines that begin with # are ignored.
 /// Errors: kInput with file:line for anything else, numbers that are not finite, a vertex named
-/// twice, an edge from a vertex to itself, a quaternion that is none; files beyond 1 GB.
+/// twice, an edge from a vertex to itself, an invalid quaternion; files beyond 1 GB.
 [[nodiscard]] Result<G2oFile> read_g2o(const std::string& path);
 
 /// The same from text; `name` stands in errors.

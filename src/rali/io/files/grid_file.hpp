@@ -19,7 +19,7 @@ struct GridView {
   std::span<const GridCell> cells;
 };
 
-/// `STEM.pgm` (8 bit P5: 254 free, 0 occupied, 205 unknown; first line of the picture = largest y)
+/// `STEM.pgm` (8 bit P5: 254 free, 0 occupied, 205 unknown; first line of the image = largest y)
 /// and `STEM.yaml` as Nav2's map_server reads them (product.md section 5).
 [[nodiscard]] Status write_grid(const std::string& stem, const GridView& grid);
 

@@ -11,13 +11,13 @@
 
 namespace rali::io {
 
-/// What was met in an imu.csv.
+/// Counts of problems in an imu.csv.
 struct ImuCsvStats {
   std::uint64_t rows = 0;
   std::uint64_t used = 0;
-  std::uint64_t nan_rows = 0;   ///< a cell is empty, not a number or infinite: left out
-  std::uint64_t bad_rows = 0;   ///< a cell is no number at all, or cells are missing: left out
-  std::uint64_t back_rows = 0;  ///< stamp not after that of the row before: handed out all the same
+  std::uint64_t nan_rows = 0;   ///< a cell is empty, not a number or infinite: row left out
+  std::uint64_t bad_rows = 0;   ///< a cell is not numeric, or cells are missing: row left out
+  std::uint64_t back_rows = 0;  ///< stamp not after that of the previous row: returned nevertheless
   std::uint64_t first_nan_line = 0, first_bad_line = 0, first_back_line = 0;
   double largest_step_back_s = 0.0;
 };
@@ -30,13 +30,12 @@ class ImuCsvReader {
   [[nodiscard]] static Result<ImuCsvReader> open(const std::string& path);
   [[nodiscard]] static Result<ImuCsvReader> from_text(std::string text, const std::string& name);
 
-  /// True: `out` holds the next sample. False: end. Errors: kInput where the file cannot be read
-  /// on.
+  /// True: `out` holds the next sample. False: end. Errors: kInput where reading fails.
   [[nodiscard]] Result<bool> next(sensor::ImuSample& out);
 
   [[nodiscard]] const ImuCsvStats& stats() const { return stats_; }
 
-  /// One sentence for each kind of trouble met so far.
+  /// One sentence for each kind of problem so far.
   [[nodiscard]] FindingList findings() const;
 
  private:

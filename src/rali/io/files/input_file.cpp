@@ -30,7 +30,7 @@ InputFile::~InputFile() {
 }
 
 Result<InputFile> InputFile::open(const std::string& path) {
-  // O_NONBLOCK: a named pipe in a folder of scans must not make the program wait for ever.
+  // O_NONBLOCK: a named pipe in a folder of scans must not block the program forever.
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) {
     return fail(input_error_code(errno), path,

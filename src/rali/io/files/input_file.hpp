@@ -42,12 +42,12 @@ class InputFile {
 [[nodiscard]] Result<std::vector<std::byte>> read_file(const std::string& path,
                                                        std::uint64_t max_bytes);
 
-/// Bytes seen as text; no copy.
+/// Bytes viewed as text; no copy.
 [[nodiscard]] inline std::string_view as_text(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Text seen as bytes; no copy.
+/// Text viewed as bytes; no copy.
 [[nodiscard]] inline std::span<const std::byte> text_bytes(std::string_view text) {
   return std::as_bytes(std::span(text.data(), text.size()));
 }

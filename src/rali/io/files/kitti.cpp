@@ -12,20 +12,22 @@ namespace {
 
 constexpr std::size_t kPoint16 = 16;
 constexpr std::size_t kPoint12 = 12;
-// No LiDAR that cars or robots carry sees farther; bytes read as floats mostly are far beyond.
+// No LiDAR of cars or robots has a longer range; bytes misread as floats are mostly far beyond.
 constexpr float kFarthest_m = 1000.0F;
-// A sweep has some point beyond arm's length; a list of times or angles has not.
+// A scan has some point farther than this; a list of times or angles has not.
 constexpr float kNearest_m = 1.0F;
-// Sensors mark a few points with odd intensities; more than this share is another layout.
-constexpr double kOddShareMax = 0.05;
+// Sensors give a few points odd intensities; a larger fraction means another layout.
+constexpr double kOddFractionMax = 0.05;
 
-/// What the numbers say about a layout.
+/// Plausibility of a layout, from its numbers.
 struct Plausibility {
-  double far_share = 0.0;            ///< points with a coordinate that no LiDAR gives
-  double odd_intensity_share = 0.0;  ///< points whose 4th value is no intensity
+  double far_fraction = 0.0;            ///< points with a coordinate beyond any LiDAR's range
+  double odd_intensity_fraction = 0.0;  ///< points whose 4th value is no plausible intensity
   float largest_m = 0.0F;
 
-  [[nodiscard]] bool is_scan() const { return far_share <= kOddShareMax && largest_m > kNearest_m; }
+  [[nodiscard]] bool is_scan() const {
+    return far_fraction <= kOddFractionMax && largest_m > kNearest_m;
+  }
 };
 
 Plausibility examine(const std::vector<std::byte>& bytes, std::size_t step) {
@@ -37,7 +39,7 @@ Plausibility examine(const std::vector<std::byte>& bytes, std::size_t step) {
     float v[4] = {0.0F, 0.0F, 0.0F, 0.0F};
     std::memcpy(v, bytes.data() + i * step, step);
     const float reach = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
-    // NaN marks a missing return in some files and speaks neither for nor against a layout.
+    // NaN marks a missing return in some files; it is neutral for the layout.
     if (reach > kFarthest_m) {
       ++far;
     } else if (reach > seen.largest_m) {
@@ -45,28 +47,28 @@ Plausibility examine(const std::vector<std::byte>& bytes, std::size_t step) {
     }
     if (!(v[3] >= 0.0F && v[3] <= 65535.0F)) ++odd;
   }
-  seen.far_share = n > 0 ? static_cast<double>(far) / static_cast<double>(n) : 0.0;
-  seen.odd_intensity_share = n > 0 ? static_cast<double>(odd) / static_cast<double>(n) : 0.0;
+  seen.far_fraction = n > 0 ? static_cast<double>(far) / static_cast<double>(n) : 0.0;
+  seen.odd_intensity_fraction = n > 0 ? static_cast<double>(odd) / static_cast<double>(n) : 0.0;
   return seen;
 }
 
-/// A refusal where the numbers are not x y z intensity; nothing where they are.
+/// An error if the numbers are not x y z intensity; otherwise nothing.
 Status check_layout(const std::vector<std::byte>& bytes, const std::string& path) {
   const Plausibility as16 = examine(bytes, kPoint16);
-  if (as16.is_scan() && as16.odd_intensity_share <= kOddShareMax) return {};
+  if (as16.is_scan() && as16.odd_intensity_fraction <= kOddFractionMax) return {};
   const Plausibility as12 = examine(bytes, kPoint12);
   if (bytes.size() % kPoint12 == 0 && as12.is_scan()) {
     return fail(ErrorCode::kInput, path,
                 fmt::format("looks like x y z without intensity (12 bytes a point): read as KITTI "
                             "x y z intensity, {:.0f} % of the intensities are negative or absurd",
-                            100.0 * as16.odd_intensity_share),
+                            100.0 * as16.odd_intensity_fraction),
                 "If it is, say that its layout is xyz.");
   }
   return fail(ErrorCode::kInput, path,
               fmt::format("is no LiDAR scan of float32 x y z intensity: largest coordinate {:.3g} "
                           "m, {:.0f} % of the points beyond {:.0f} m, {:.0f} % odd intensities",
-                          static_cast<double>(as16.largest_m), 100.0 * as16.far_share,
-                          static_cast<double>(kFarthest_m), 100.0 * as16.odd_intensity_share));
+                          static_cast<double>(as16.largest_m), 100.0 * as16.far_fraction,
+                          static_cast<double>(kFarthest_m), 100.0 * as16.odd_intensity_fraction));
 }
 
 }  // namespace

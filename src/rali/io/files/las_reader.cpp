@@ -21,7 +21,7 @@ constexpr std::size_t kExtraBytesRecordBytes = 192;
 constexpr std::uint16_t kExtraBytesRecordId = 4;
 constexpr std::uint8_t kExtraFloat = 9;
 
-/// Where a point format has what; 0: it has it not.
+/// Offsets of the fields in a point format; 0: absent.
 struct PointLayout {
   std::uint16_t bytes, classification, point_source, gps_time;
 };

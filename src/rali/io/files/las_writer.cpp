@@ -59,7 +59,7 @@ void put_header(Record& out, std::uint64_t points, const double (&offset_m)[3],
   RALI_ASSERT(out.size() == kHeaderBytes);
 }
 
-/// Declares the 4 bytes behind each point.
+/// Declares the 4 extra bytes of each point.
 void put_extra_bytes_vlr(Record& out) {
   out.put(std::uint16_t{0}).put_text("LASF_Spec", 16);
   out.put(kExtraBytesRecordId).put(kExtraBytesRecordBytes).put_text("Extra Bytes", 32);
@@ -97,7 +97,7 @@ class LasFile {
     return {};
   }
 
-  /// The header again, now that bounds and offset are known.
+  /// Rewrites the header, now that bounds and offset are known.
   Status finish() {
     Record head;
     put_header(head, written_, offset_m_, bounds_);

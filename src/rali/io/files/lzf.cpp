@@ -27,7 +27,7 @@ std::optional<std::size_t> lzf_decompress(std::span<const std::byte> in, std::sp
     if (i == in.size()) return start;
     const std::size_t distance = ((control & 31) << 8) + std::to_integer<std::size_t>(in[i++]) + 1;
     if (distance > o || length > out.size() - o) return start;
-    // Byte by byte: source and target may overlap, which is how runs are written.
+    // Byte by byte: source and target may overlap, which encodes runs.
     for (std::size_t k = 0; k < length; ++k, ++o) out[o] = out[o - distance];
   }
   if (o != out.size()) return in.size();

@@ -12,7 +12,7 @@
 
 namespace rali::io {
 
-/// A triangle mesh as it lies in a file; polygons are cut into fans. Every index is valid and
+/// A triangle mesh of a file; polygons are split into fans. Every index is valid and
 /// every coordinate finite.
 struct MeshFile {
   std::vector<geometry::Vec3f> vertices;
@@ -23,24 +23,25 @@ struct MeshFile {
 /// Larger files are refused.
 inline constexpr std::uint64_t kMeshBytesMax = 1ULL << 29U;
 
-/// Reads PLY (ascii, both binaries), OBJ or STL (ascii, binary), told apart by the name's ending.
-/// Errors: kInput, with file and line or offset: missing, another ending, cut, an index that names
-/// no vertex, a coordinate that is no number, a reflectivity beyond 0..1, no triangle.
+/// Reads PLY (ascii, both binaries), OBJ or STL (ascii, binary), distinguished by the file
+/// extension.
+/// Errors: kInput, with file and line or offset: missing, another extension, truncated, an index
+/// that names no vertex, a coordinate that is no number, a reflectivity beyond 0..1, no triangle.
 [[nodiscard]] Result<MeshFile> read_mesh_file(const std::string& path);
 
-/// The same from memory; `path` is for messages and its ending.
+/// The same from memory; `path` is for messages and its extension.
 [[nodiscard]] Result<MeshFile> parse_mesh_file(std::span<const std::byte> bytes,
                                                const std::string& path);
 
 /// Elements `vertex` (x, y, z) and `face` (a list vertex_indices or vertex_index; a scalar
-/// `reflectivity` if there is one); everything else is passed over.
+/// `reflectivity` if there is one); everything else is ignored.
 [[nodiscard]] Result<MeshFile> parse_mesh_ply(std::span<const std::byte> bytes,
                                               const std::string& path);
-/// Lines `v` and `f`, negative indices too; everything else is passed over.
+/// Lines `v` and `f`, negative indices too; everything else is ignored.
 [[nodiscard]] Result<MeshFile> parse_mesh_obj(std::span<const std::byte> bytes,
                                               const std::string& path);
-/// Binary where the length fits the number of triangles in it, else text. Three vertices for each
-/// triangle; normals and attributes are passed over.
+/// Binary if the length matches the triangle count in the header, else text. Three vertices for
+/// each triangle; normals and attributes are ignored.
 [[nodiscard]] Result<MeshFile> parse_mesh_stl(std::span<const std::byte> bytes,
                                               const std::string& path);
 

@@ -172,7 +172,7 @@ TEST(MeshFile, cut_at_any_byte_or_changed_never_crashes_and_never_gives_a_wild_i
   }
 }
 
-TEST(MeshFile, cut_binary_files_say_so) {
+TEST(MeshFile, cut_binary_files_report_so) {
   EXPECT_NE(error_of(cube_stl_binary().substr(0, 300).replace(0, 5, "cube "), "a.stl")
                 .find("says 12 triangles, but has 216 bytes"),
             std::string::npos);

@@ -40,7 +40,8 @@ class ObjReader {
     return {};
   }
 
-  /// "12", "12/3", "12//4", "-1": the first number counts from 1, or back from the last vertex.
+  /// "12", "12/3", "12//4", "-1": the first number is an index from 1, or negative from the last
+  /// vertex.
   [[nodiscard]] std::optional<std::uint32_t> index_of(std::string_view word) const {
     const auto number = parse_integer(word.substr(0, word.find('/')));
     const auto have = static_cast<std::int64_t>(mesh_.vertices.size());

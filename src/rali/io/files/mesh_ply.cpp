@@ -44,7 +44,7 @@ double decode(const std::byte* little, wire::FieldType type) {
   return 0.0;
 }
 
-/// The numbers of a PLY body one after the other, text or binary.
+/// The numbers of a PLY body in sequence, text or binary.
 class Numbers {
  public:
   Numbers(std::span<const std::byte> body, PlyEncoding encoding)
@@ -61,7 +61,7 @@ class Numbers {
     return decode(raw, type);
   }
 
-  /// Bytes that are left: no row takes less than one.
+  /// Remaining bytes: each row takes at least one.
   [[nodiscard]] std::size_t left() const { return rest_.size(); }
 
  private:
@@ -79,7 +79,7 @@ class Numbers {
   PlyEncoding encoding_;
 };
 
-/// Takes the rows of all elements, keeps vertices and faces.
+/// Reads the rows of all elements, keeps vertices and faces.
 class MeshRows {
  public:
   MeshRows(const PlyHeader& header, std::span<const std::byte> body, const std::string& path)

@@ -83,7 +83,7 @@ Result<MeshFile> ascii(std::string_view rest, const std::string& path) {
 }  // namespace
 
 Result<MeshFile> parse_mesh_stl(std::span<const std::byte> bytes, const std::string& path) {
-  // Some programs begin binary files with "solid", so the length decides.
+  // Some programs begin binary files with "solid", so the length is checked first.
   if (bytes.size() >= kHeaderBytes) {
     const std::uint64_t facets = little_u32(bytes.subspan(80));
     if (bytes.size() - kHeaderBytes == facets * kFacetBytes) {

@@ -40,7 +40,8 @@ constexpr std::array kRenamed{
     Renamed{"open_directions", "degenerate_directions"},
 };
 
-/// Whether a document of ours has the schema of version 0.1; the number stands near its start.
+/// Whether one of this program's documents has the schema of version 0.1; the number is near its
+/// start.
 bool has_old_schema(const std::string& path) {
   std::array<char, 512> head{};
   std::ifstream file(path, std::ios::binary);
@@ -56,7 +57,7 @@ bool has_old_column(const std::string& path) {
                      [](const std::string& name) { return current_name_of(name) != name; });
 }
 
-/// Whether a table of the folder has one.
+/// Whether a table of the folder has old column names.
 bool has_old_table(const std::string& folder) {
   std::error_code error;
   fs::directory_iterator it(folder, error);

@@ -51,7 +51,7 @@ CloudFile cloud_of(const PcdHeader& header, const std::string& path) {
   return cloud;
 }
 
-/// PointCloud2 has no 64 bit integers: their place is taken by doubles.
+/// PointCloud2 has no 64 bit integers: they are replaced by doubles.
 void widen_integers(const PcdHeader& header, std::vector<std::byte>& data) {
   std::size_t offset = 0;
   for (const PcdColumn& column : header.columns) {
@@ -136,7 +136,7 @@ Result<std::vector<std::byte>> compressed_points(const PcdHeader& header,
   return interleaved(header, columns);
 }
 
-/// Writes one line of an ascii file behind `data`. On failure says what was expected.
+/// Appends one line of an ascii file to `data`. On failure returns what was expected.
 std::optional<std::string> append_ascii_point(const PcdHeader& header, std::string_view line,
                                               std::vector<std::byte>& data) {
   std::size_t at = data.size();
@@ -160,7 +160,7 @@ Result<std::vector<std::byte>> ascii_points(const PcdHeader& header,
                                             const std::vector<std::byte>& bytes,
                                             const std::string& path) {
   std::string_view rest = as_text(bytes).substr(header.data_offset);
-  // A value takes two characters at least, so the header cannot claim more than the file holds.
+  // A value takes at least two characters, so the header cannot claim more than the file holds.
   std::uint64_t values = 0;
   for (const PcdColumn& column : header.columns) values += column.count;
   const std::uint64_t lines_max = rest.size() / (2 * values) + 1;

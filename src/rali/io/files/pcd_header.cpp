@@ -13,12 +13,12 @@
 namespace rali::io {
 namespace {
 
-// No program writes headers near these; beyond is damage.
+// Real headers are far below these limits; beyond is damage.
 constexpr std::size_t kLinesMax = 200;
 constexpr std::size_t kColumnsMax = 1000;
 constexpr std::uint64_t kPointBytesMax = 1 << 16;
 
-/// The header while its lines come in.
+/// Parses the header line by line.
 class HeaderReader {
  public:
   HeaderReader(std::span<const std::byte> bytes, const std::string& path)
@@ -111,7 +111,7 @@ class HeaderReader {
     const Eigen::Quaterniond q(v[3], v[4], v[5], v[6]);
     const geometry::Vec3 p(v[0], v[1], v[2]);
     const double norm = q.norm();
-    // All zeros is what some programs write for "none".
+    // Some programs write all zeros for "none".
     if (!(norm > 1e-6 && norm < 1e6)) return {};
     const geometry::Mat3 R = q.normalized().toRotationMatrix();
     if (p.norm() > 0.0 || !R.isApprox(geometry::Mat3::Identity(), 1e-12)) {

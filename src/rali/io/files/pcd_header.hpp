@@ -31,7 +31,8 @@ struct PcdHeader {
   PcdEncoding encoding = PcdEncoding::kAscii;
   std::size_t data_offset = 0;  ///< where the points begin
   std::size_t data_line = 0;    ///< line number of the first point of an ascii file
-  std::string note;             ///< what did not agree and what was taken; may be empty
+  std::string note;             ///< contradictions in the header and how they were resolved; may be
+                                ///< empty
 };
 
 /// Reads the header. Format: https://pointclouds.org/documentation/tutorials/pcd_file_format.html.

@@ -13,7 +13,7 @@
 namespace rali::io {
 namespace {
 
-/// CloudCompare calls every extra column scalar_..., in capitals as it likes.
+/// CloudCompare names every extra column scalar_..., with arbitrary capitals.
 std::string field_name(const std::string& property) {
   const std::string lower = lower_case(property);
   constexpr std::string_view kPrefix = "scalar_";
@@ -27,20 +27,19 @@ tl::unexpected<Error> cut(const std::string& path, const PlyElement& element, st
                           quoted(element.name)));
 }
 
-/// Goes through the rows of a binary file.
+/// Reads the rows of a binary file.
 class BinaryRows {
  public:
   BinaryRows(std::span<const std::byte> bytes, bool big_endian, const std::string& path)
       : rest_(bytes), big_endian_(big_endian), path_(path) {}
 
-  /// Passes over an element; keeps the properties that are no lists in `keep` if given, little
-  /// endian and packed.
+  /// Skips an element; keeps its non-list properties in `keep` if given, little endian and packed.
   Status read(const PlyElement& element, std::vector<std::byte>* keep) {
     if (element.properties.empty()) return {};
-    const std::uint64_t least = element.bytes_min();
-    if (element.count > rest_.size() / least) return cut(path_, element, rest_.size() / least);
+    const std::uint64_t minimum = element.bytes_min();
+    if (element.count > rest_.size() / minimum) return cut(path_, element, rest_.size() / minimum);
     if (!element.has_lists() && keep == nullptr) {
-      rest_ = rest_.subspan(static_cast<std::size_t>(element.count * least));
+      rest_ = rest_.subspan(static_cast<std::size_t>(element.count * minimum));
       return {};
     }
     if (keep != nullptr) {
@@ -76,7 +75,7 @@ class BinaryRows {
       n = (n << 8) | std::to_integer<std::uint64_t>(rest_[from]);
     }
     rest_ = rest_.subspan(bytes);
-    // A negative length has its highest bit set and so is more than any file holds.
+    // A negative length has its highest bit set and so exceeds any file size.
     const std::uint64_t element = field_bytes(property.type);
     if (n > rest_.size() / element) return false;
     rest_ = rest_.subspan(static_cast<std::size_t>(n * element));
@@ -96,7 +95,7 @@ class BinaryRows {
   const std::string& path_;
 };
 
-/// Goes through the rows of an ascii file: one line each.
+/// Reads the rows of an ascii file: one line each.
 class AsciiRows {
  public:
   AsciiRows(std::string_view text, std::size_t first_line, const std::string& path)
@@ -149,7 +148,7 @@ class AsciiRows {
   }
 
   std::string_view rest_;
-  std::size_t line_;  ///< number of the line taken last
+  std::size_t line_;  ///< number of the last line read
   bool ends_whole_;
   const std::string& path_;
 };

@@ -53,7 +53,7 @@ class HeaderReader {
     std::string_view line;
     while (line_ < kLinesMax && take_line(rest, line)) {
       ++line_;
-      if (line_ == 1) continue;  // "ply", seen by whoever chose this reader
+      if (line_ == 1) continue;  // "ply", checked by the caller
       if (trimmed(line) == "end_header") {
         if (!format_seen_) return error("the header has no format line");
         header_.data_offset = text_.size() - rest.size();

@@ -24,9 +24,9 @@ struct PlyElement {
   std::vector<PlyProperty> properties;
 
   [[nodiscard]] bool has_lists() const;
-  /// Bytes of the properties that are no lists.
+  /// Bytes of the properties that are not lists.
   [[nodiscard]] std::uint64_t fixed_bytes() const;
-  /// Bytes that each row takes in a binary file at least: lists may be empty.
+  /// Minimum number of bytes of a row in a binary file: lists may be empty.
   [[nodiscard]] std::uint64_t bytes_min() const;
 };
 

@@ -20,13 +20,13 @@ constexpr std::array<std::string_view, 9> kRangeColumns = {
     "first_path_dbm", "from_antenna", "to_antenna", "sigma_m"};
 constexpr std::array<std::string_view, 4> kRadioColumns = {"stamp_s", "from", "to", "rssi_dbm"};
 
-/// A link of one row: what ranges.csv and radio.csv have in common.
+/// One row's link: the common part of ranges.csv and radio.csv.
 struct Link {
   Time t;
   RadioEnd from, to;
 };
 
-/// Reads rows that begin and end at radios.
+/// Reads rows with a radio at each end.
 class LinkReader {
  public:
   LinkReader(CsvReader csv, std::string name, const RadioNames& names)
@@ -55,7 +55,7 @@ class LinkReader {
     }
   }
 
-  /// A cell that may be empty or missing; what is no finite number counts as not known.
+  /// A cell that may be empty or missing; a non-finite number counts as unknown.
   double optional_number(int column) const {
     const auto number = parse_number(csv_.cell(column));
     return number && std::isfinite(*number) ? *number : 0.0;

@@ -21,7 +21,7 @@ struct RadioEnd {
   constexpr auto operator<=>(const RadioEnd&) const = default;
 };
 
-/// Names of radios as they stand in side files: "v1", and "v1/uwb" for a named antenna.
+/// Names of radios in CSV files: "v1", and "v1/uwb" for a named antenna.
 using RadioNames = std::map<std::string, RadioEnd, std::less<>>;
 
 /// Rows that could not be used.
@@ -32,7 +32,7 @@ struct RadioCsvStats {
   };
 
   std::uint64_t rows = 0;
-  std::uint64_t unknown_rows = 0;  ///< an end is in nobody's list
+  std::uint64_t unknown_rows = 0;  ///< an end is not in the list of names
   std::uint64_t bad_rows = 0;      ///< a required cell is no finite number, or cells are missing
   std::uint64_t self_rows = 0;     ///< both ends on one vehicle
   std::uint64_t first_bad_line = 0;

@@ -7,7 +7,7 @@
 
 namespace rali::io {
 
-/// Little endian numbers one after the other.
+/// Little endian numbers in sequence.
 class Record {
  public:
   template <class T>
@@ -18,7 +18,7 @@ class Record {
     return *this;
   }
 
-  /// Characters, filled up with zeros to `length`.
+  /// Characters, padded with zeros to `length`.
   Record& put_text(const char* text, std::size_t length) {
     const std::size_t at = bytes_.size();
     bytes_.resize(at + length);

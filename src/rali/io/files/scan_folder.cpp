@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Duration kAssumedPeriod = Duration::from_ns(100'000'000);
-// A recorder that is stopped writes its list of times before the last clouds.
+// An interrupted recorder may have written more times than clouds.
 constexpr std::size_t kSurplusTimesMax = 5;
 constexpr std::uint64_t kNamedMax = 20;
 constexpr std::uint64_t kTimesBytesMax = std::uint64_t{1} << 30;
@@ -107,19 +107,19 @@ Status ScanFolder::list() {
 Status ScanFolder::read_times() {
   const auto times = read_times_txt(*times_path_);
   if (!times) return tl::make_unexpected(times.error());
-  const std::size_t sweeps = entries_.size();
-  if (times->size() < sweeps || times->size() > sweeps + kSurplusTimesMax) {
+  const std::size_t scans = entries_.size();
+  if (times->size() < scans || times->size() > scans + kSurplusTimesMax) {
     return fail(ErrorCode::kInput, *times_path_,
-                fmt::format("has {} stamps for {} scans", times->size(), sweeps),
+                fmt::format("has {} stamps for {} scans", times->size(), scans),
                 "There must be one line for each scan.");
   }
-  if (times->size() > sweeps) {
+  if (times->size() > scans) {
     add_finding("scans.times",
                 fmt::format("{}: has {} stamps for {} scans; the last {} are not used",
-                            *times_path_, times->size(), sweeps, times->size() - sweeps),
-                static_cast<double>(times->size() - sweeps));
+                            *times_path_, times->size(), scans, times->size() - scans),
+                static_cast<double>(times->size() - scans));
   }
-  for (std::size_t i = 0; i < sweeps; ++i) entries_[i].t = (*times)[i];
+  for (std::size_t i = 0; i < scans; ++i) entries_[i].t = (*times)[i];
   return {};
 }
 
@@ -153,7 +153,7 @@ Error ScanFolder::none_readable() const {
 void ScanFolder::rewind() {
   next_ = 0;
   skipped_ = 0;
-  // What was found while reading will be found again.
+  // Findings from reading will be found again.
   std::erase_if(findings_, [](const Finding& f) { return f.id != "scans.times"; });
   named_ = 0;
 }
@@ -172,7 +172,7 @@ Result<bool> ScanFolder::next(CloudFile& cloud, Time& t) {
     }
     if (read.error().code == ErrorCode::kMachine) return tl::make_unexpected(read.error());
     ++skipped_;
-    // A folder of another kind altogether must not give a thousand sentences.
+    // A folder of another kind must not produce a thousand findings.
     if (named_++ < kNamedMax) {
       add_finding("scans.damaged", read.error().message() + " The scan is left out",
                   static_cast<double>(next_ - 1));

@@ -12,18 +12,18 @@
 
 namespace rali::io {
 
-/// One sweep of a folder.
+/// One scan of a folder.
 struct ScanEntry {
   std::string path;
-  Time t;  ///< of times.txt, else assumed
+  Time t;  ///< from times.txt, else assumed
 };
 
-/// A folder of sweeps (product.md section 2): `*.pcd`, `*.ply` or `*.bin` in natural order (2
-/// before 10), `times.txt` (one stamp in seconds a line; without it 10 Hz from 0 is assumed and
-/// said), `imu.csv` and `calib.yaml` if they are there.
+/// A folder of scans (product.md section 2): `*.pcd`, `*.ply` or `*.bin` in natural order (2 before
+/// 10). `times.txt` has one stamp in seconds a line; without it 10 Hz from 0 is assumed and
+/// reported. `imu.csv` and `calib.yaml` are optional.
 class ScanFolder {
  public:
-  /// Errors: kInput (no folder, no sweeps, sweeps of two kinds, times that do not fit).
+  /// Errors: kInput (no folder, no scans, scans of two kinds, wrong number of times).
   [[nodiscard]] static Result<ScanFolder> open(const std::string& path,
                                                const CloudFileOptions& options = {});
 
@@ -37,18 +37,17 @@ class ScanFolder {
 
   [[nodiscard]] const std::optional<std::string>& calib_path() const { return calib_path_; }
 
-  /// True: `cloud` and `t` are the next sweep. False: end. A damaged sweep is named in findings()
-  /// and passed over; a KITTI scan that is cut gives its whole points. Errors: kMachine.
+  /// True: `cloud` and `t` are the next scan. False: end. A damaged scan is reported in findings()
+  /// and skipped; of a truncated KITTI scan the whole points are returned. Errors: kMachine.
   [[nodiscard]] Result<bool> next(CloudFile& cloud, Time& t);
 
-  /// Sweeps that could not be read so far.
+  /// Scans that could not be read so far.
   [[nodiscard]] std::uint64_t skipped() const { return skipped_; }
 
-  /// The error of a folder of which no cloud could be read: the reason of its first file stands
-  /// for all.
+  /// The error of a folder without a readable cloud: the reason of its first file represents all.
   [[nodiscard]] Error none_readable() const;
 
-  /// Begins again with the first sweep.
+  /// Restarts with the first scan.
   void rewind();
 
   [[nodiscard]] const FindingList& findings() const { return findings_; }
@@ -73,7 +72,7 @@ class ScanFolder {
   FindingList findings_;
 };
 
-/// Reads one stamp a line; blank lines and comments (#) are passed over. Stamps must advance.
+/// Reads one stamp a line; blank lines and comments (#) are skipped. Stamps must advance.
 /// Errors: kInput with file and line.
 [[nodiscard]] Result<std::vector<Time>> read_times_txt(const std::string& path);
 

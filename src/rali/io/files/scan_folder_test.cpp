@@ -13,8 +13,8 @@
 namespace rali::io {
 namespace {
 
-/// One KITTI point far enough out to be a sweep; its intensity tells the sweeps apart.
-std::string sweep(float intensity, int points = 4) {
+/// KITTI points far enough out to pass as a scan; the intensity identifies the scan.
+std::string scan(float intensity, int points = 4) {
   std::string out;
   for (int i = 0; i < points; ++i) {
     const float values[] = {5.0F, 6.0F, 1.0F, intensity};
@@ -29,9 +29,9 @@ double first_intensity(const CloudFile& cloud) { return cloud.column(cloud.field
 
 TEST(ScanFolder, reads_sweeps_in_natural_order_at_ten_hertz) {
   const TestFolder folder;
-  folder.write("10.bin", sweep(10));
-  folder.write("9.bin", sweep(9));
-  folder.write("2.bin", sweep(2));
+  folder.write("10.bin", scan(10));
+  folder.write("9.bin", scan(9));
+  folder.write("2.bin", scan(2));
   folder.write(".hidden.bin", "rubbish");
   folder.write("notes.txt", "text");
   folder.write("imu.csv", "stamp_s\n");
@@ -59,8 +59,8 @@ TEST(ScanFolder, reads_sweeps_in_natural_order_at_ten_hertz) {
 
 TEST(ScanFolder, takes_stamps_from_times_txt) {
   const TestFolder folder;
-  folder.write("a.bin", sweep(1));
-  folder.write("b.bin", sweep(2));
+  folder.write("a.bin", scan(1));
+  folder.write("b.bin", scan(2));
   folder.write("times.txt", "# seconds\n1630577758.000000001\r\n\n1630577758.1\n");
   auto scans = ScanFolder::open(folder.path());
   ASSERT_TRUE(scans) << scans.error().message();
@@ -72,8 +72,8 @@ TEST(ScanFolder, takes_stamps_from_times_txt) {
 
 TEST(ScanFolder, times_that_do_not_fit_are_refused) {
   const TestFolder folder;
-  folder.write("a.bin", sweep(1));
-  folder.write("b.bin", sweep(2));
+  folder.write("a.bin", scan(1));
+  folder.write("b.bin", scan(2));
   const std::string times = folder.path("times.txt");
   folder.write("times.txt", "1\n");
   EXPECT_EQ(ScanFolder::open(folder.path()).error().message(),
@@ -97,11 +97,11 @@ TEST(ScanFolder, times_that_do_not_fit_are_refused) {
 
 TEST(ScanFolder, damaged_sweeps_are_named_and_passed_over_and_cut_ones_used) {
   const TestFolder folder;
-  folder.write("1.bin", sweep(1));
+  folder.write("1.bin", scan(1));
   folder.write("2.bin", "");
-  folder.write("3.bin", sweep(3).substr(0, 40));
+  folder.write("3.bin", scan(3).substr(0, 40));
   folder.write("4.bin", "this is text that somebody put here\n");
-  folder.write("5.bin", sweep(5));
+  folder.write("5.bin", scan(5));
   auto scans = ScanFolder::open(folder.path());
   ASSERT_TRUE(scans);
   CloudFile cloud;
@@ -170,12 +170,12 @@ TEST(ScanFolder, reads_the_real_kitti_scans) {
   ASSERT_TRUE(scans) << scans.error().message();
   CloudFile cloud;
   Time t;
-  int sweeps = 0;
+  int read = 0;
   while (scans->next(cloud, t).value()) {
     EXPECT_GT(cloud.size(), 120000U);
-    ++sweeps;
+    ++read;
   }
-  EXPECT_EQ(sweeps, 3);
+  EXPECT_EQ(read, 3);
   EXPECT_EQ(scans->skipped(), 0U);
 }
 

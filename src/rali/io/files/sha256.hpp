@@ -13,7 +13,7 @@ struct evp_md_ctx_st;  // of OpenSSL
 
 namespace rali::io {
 
-/// SHA-256 for status.json (FIPS 180-4), by the processor's own instructions where it has them.
+/// SHA-256 for status.json (FIPS 180-4), using the processor's SHA instructions if available.
 class Sha256 {
  public:
   using Digest = std::array<std::uint8_t, 32>;

@@ -6,7 +6,7 @@
 
 namespace rali::io {
 
-/// While it lives, no file of this process grows beyond `bytes`: what a full disk does, to each.
+/// While this object exists, no file of this process grows beyond `bytes`: simulates a full disk.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {

@@ -19,7 +19,7 @@ Status StreamFile::add(std::string_view text) { return file_.write(text); }
 
 Status StreamFile::add(std::string_view text, Time t) {
   if (auto status = file_.write(text); !status) return status;
-  // A clock that jumps, either way, must not keep the lines from the disk.
+  // A clock that jumps, in either direction, must not delay the flush.
   const bool due = !has_time_ || t - synced_ >= kSyncEvery || synced_ - t >= kSyncEvery;
   if (!due) return {};
   has_time_ = true;

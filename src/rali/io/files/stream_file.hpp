@@ -9,10 +9,10 @@
 
 namespace rali::io {
 
-/// A file that grows with the data: lines go to `.NAME.tmp`, which is brought to the disk
-/// (fdatasync) whenever 10 s of data have passed, and becomes NAME at finish(). A kill or power
-/// loss therefore costs at most 10 s of data: what is whole stands in `.NAME.tmp`, as it does when
-/// the object goes away without finish().
+/// A file that grows with the data: lines go to `.NAME.tmp`, which is flushed to the disk
+/// (fdatasync) every 10 s of data and is renamed to NAME by finish(). A kill or power loss
+/// therefore costs at most 10 s of data. The whole lines remain in `.NAME.tmp`, as they do when the
+/// object is destroyed without finish().
 class StreamFile {
  public:
   [[nodiscard]] static Result<StreamFile> create(const std::string& path);
@@ -20,10 +20,10 @@ class StreamFile {
   /// Appends text that belongs to data time t.
   [[nodiscard]] Status add(std::string_view text, Time t);
 
-  /// Appends text without a time (a header, a row about no moment).
+  /// Appends text without a time (a header, a row without a stamp).
   [[nodiscard]] Status add(std::string_view text);
 
-  /// Where the disk is full, the whole lines that reached it get the name; the error is returned.
+  /// If the disk is full, the file with its whole lines is renamed to NAME; the error is returned.
   [[nodiscard]] Status finish();
 
   [[nodiscard]] const std::string& path() const { return file_.path(); }

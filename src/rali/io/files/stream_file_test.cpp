@@ -14,7 +14,7 @@ TEST(StreamFile, on_a_full_disk_keeps_its_whole_lines_under_its_name) {
   const TestFolder folder;
   auto file = StreamFile::create(folder.path("v1.tum"));
   ASSERT_TRUE(file);
-  const std::string line = "123456789\n";  // 10 bytes; the disk takes 25
+  const std::string line = "123456789\n";  // 10 bytes; the disk holds 25
   {
     const FileSizeLimit limit(25);
     Status status;

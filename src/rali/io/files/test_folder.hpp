@@ -18,7 +18,7 @@ inline std::string real_data(std::string_view name) {
 
 }  // namespace rali::io
 
-/// Leaves the test, loudly, where the real recordings are absent.
+/// Skips the test, with a message, if the real recordings are absent.
 #define RALI_NEEDS_DATA(name)              \
   if (::rali::io::real_data(name).empty()) \
   GTEST_SKIP() << "REAL DATA ABSENT: " << RALI_DATA_DIR << "/" << (name) << " not tested"

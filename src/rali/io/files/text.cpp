@@ -14,7 +14,7 @@ bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// from_chars takes '-' but not '+'.
+/// from_chars accepts '-' but not '+'.
 std::string_view without_plus(std::string_view text) {
   const bool plus = text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+';
   return plus ? text.substr(1) : text;
@@ -78,7 +78,7 @@ std::optional<double> parse_number(std::string_view text) {
   if (end != text.data() + text.size() || text.empty()) return std::nullopt;
   if (error == std::errc()) return value;
   if (error != std::errc::result_out_of_range) return std::nullopt;
-  // from_chars does not say whether it was too large or too small; its exponent does.
+  // from_chars does not distinguish overflow from underflow; the exponent does.
   const std::size_t exponent = text.find_first_of("eE");
   const bool small = exponent == std::string_view::npos
                          ? digits_at(text.substr(text.front() == '-' ? 1 : 0)) < 300
@@ -120,7 +120,7 @@ std::optional<Time> parse_stamp(std::string_view text) {
 }
 
 std::string format_stamp(Time t) {
-  // Unsigned, because the negation of the smallest int64 does not exist.
+  // Unsigned, because the smallest int64 cannot be negated.
   const bool negative = t.ns < 0;
   const std::uint64_t ns =
       negative ? 0 - static_cast<std::uint64_t>(t.ns) : static_cast<std::uint64_t>(t.ns);

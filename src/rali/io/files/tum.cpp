@@ -34,7 +34,7 @@ Eigen::Quaterniond with_positive_w(const geometry::Mat3& R) {
   return q;
 }
 
-/// Reads one line; on failure says why.
+/// Parses one line; on failure returns the reason.
 std::optional<std::string> read_pose(std::string_view line, StampedPose& pose) {
   std::string blanked(line);
   std::replace(blanked.begin(), blanked.end(), ',', ' ');

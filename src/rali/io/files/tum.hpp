@@ -19,7 +19,7 @@ struct StampedPose {
 };
 
 /// `stamp_s x y z qx qy qz qw`, %.9f %.6f x3 %.9f x4, without line end; the quaternion has w >= 0,
-/// so that one rotation has one text.
+/// so that each rotation has a unique text.
 [[nodiscard]] std::string tum_line(const StampedPose& pose);
 
 /// "x y z qx qy qz qw" with the given decimals, quaternion as in tum_line.
@@ -29,7 +29,7 @@ struct StampedPose {
 /// Writes a trajectory as a stream (see StreamFile).
 class TumWriter {
  public:
-  /// `header`: lines of comment, written with "# " before each.
+  /// `header`: comment lines, written with "# " before each.
   [[nodiscard]] static Result<TumWriter> create(const std::string& path,
                                                 const std::vector<std::string>& header);
 
@@ -45,18 +45,18 @@ class TumWriter {
 
 struct TumFile {
   std::vector<StampedPose> poses;   ///< in the order of the file
-  std::vector<std::string> header;  ///< lines of comment without "#"
-  FindingList findings;             ///< time going back, a cut last line
+  std::vector<std::string> header;  ///< comment lines without "#"
+  FindingList findings;             ///< stamps that go back, a truncated last line
 };
 
-/// Line of a trajectory's header that says whether gravity has levelled its frame.
+/// Comment line of a trajectory's header: whether its frame is aligned with gravity.
 [[nodiscard]] std::string frame_line(bool levelled);
 
-/// What frame_line says in a header; nothing where the header has no such line.
+/// Parses frame_line from a header; nothing if the header has no such line.
 [[nodiscard]] std::optional<bool> is_levelled(const std::vector<std::string>& header);
 
 /// Reads a trajectory; blanks, tabs or commas between the numbers. Quaternions are normalised;
-/// what is farther than 1 % from unit length is refused. Errors: kInput with file and line.
+/// deviations of more than 1 % from unit length are rejected. Errors: kInput with file and line.
 [[nodiscard]] Result<TumFile> read_tum(const std::string& path);
 [[nodiscard]] Result<TumFile> parse_tum(std::string_view text, const std::string& name);
 

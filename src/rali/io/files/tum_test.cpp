@@ -53,7 +53,7 @@ TEST(Tum, what_is_written_is_read_back) {
   }
 }
 
-/// A kill must cost at most 10 s of data: the temporary file is looked at while it grows.
+/// A kill must cost at most 10 s of data: checks the temporary file while it grows.
 TEST(Tum, lines_reach_the_disk_within_ten_seconds_of_data) {
   const TestFolder folder;
   auto writer = TumWriter::create(folder.path("v1.tum"), {});

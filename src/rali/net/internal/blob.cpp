@@ -12,8 +12,8 @@
 #include <dds/ddsi/q_radmin.h>
 
 #ifdef __SANITIZE_THREAD__
-/// Debian's Cyclone is not instrumented, so the sanitizer does not see its locks and counts of
-/// references; our own code is watched as everywhere.
+/// Debian's Cyclone is not instrumented, so the sanitizer does not see its locks and reference
+/// counts; our own code is fully checked.
 extern "C" const char* __tsan_default_suppressions() {
   return "race:libddsc.so\nrace:free_blob\nmutex:libddsc.so\n";
 }
@@ -30,7 +30,7 @@ struct BlobType : ddsi_sertype {
   std::shared_ptr<BlobCounts> counts;
 };
 
-/// `bytes` is padded to a multiple of four, as Cyclone may ask for; `size` is without.
+/// `bytes` is padded to a multiple of four, as Cyclone may require; `size` is without padding.
 struct Blob : ddsi_serdata {
   std::vector<std::uint8_t> bytes;
   std::uint32_t size = 0;
@@ -60,7 +60,7 @@ bool fits(const ddsi_sertype* type, std::size_t size) {
   return size >= kHeaderBytes && size <= static_cast<const BlobType*>(type)->bytes_max;
 }
 
-/// Checks what was put together and counts it where it is no message.
+/// Checks a reassembled sample and counts it if it is invalid.
 ddsi_serdata* accept(const ddsi_sertype* type, Blob* blob, bool whole) {
   if (whole && (blob->kind != SDK_DATA || is_known_header(blob->bytes.data()))) return blob;
   delete blob;

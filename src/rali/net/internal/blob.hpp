@@ -12,17 +12,17 @@
 
 struct ddsi_sertype;
 
-/// Samples of any type as bytes. Cyclone wants a description of each type's fields; ROS 2's own
-/// layer above Cyclone gives it a type of its own making whose samples are opaque bytes, and so do
-/// we. The bytes are CDR with the four bytes of the encapsulation header.
+/// Samples of any type as bytes. Cyclone requires a description of each type's fields. Like
+/// rmw_cyclonedds, this gives it a custom type whose samples are opaque bytes. The bytes are CDR
+/// with the four bytes of the encapsulation header.
 namespace rali::net {
 
 struct BlobCounts {
   std::atomic<std::uint64_t> malformed{0};
 };
 
-/// A type for dds_create_topic_sertype, which takes it over. What arrives larger than `bytes_max`
-/// or without a known encapsulation header is counted and dropped before it is kept anywhere.
+/// A type for dds_create_topic_sertype, which takes ownership. Samples larger than `bytes_max` or
+/// without a known encapsulation header are counted and dropped before they are stored.
 [[nodiscard]] ddsi_sertype* new_blob_type(const std::string& type_name, std::size_t bytes_max,
                                           std::shared_ptr<BlobCounts> counts);
 
@@ -37,7 +37,8 @@ struct BlobCounts {
 [[nodiscard]] dds_return_t write_blob(dds_entity_t writer, const ddsi_sertype* type,
                                       std::span<const std::uint8_t> cdr);
 
-/// Takes what a reader holds and gives each valid sample to `give`, whose span lasts for the call.
+/// Takes all samples of a reader and passes each valid one to `give`; its span is valid during the
+/// call.
 void take_blobs(dds_entity_t reader,
                 const std::function<void(std::span<const std::uint8_t>)>& give);
 

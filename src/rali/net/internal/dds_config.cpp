@@ -42,7 +42,8 @@ std::optional<std::uint32_t> parse_ipv4(const std::string& text) {
   in_addr address{};
   if (::inet_pton(AF_INET, text.c_str(), &address) != 1) return std::nullopt;
   const std::uint32_t value = ntohl(address.s_addr);
-  const bool is_host = value != 0 && value >> 28U != 14U && value != 0xFFFFFFFFU;  // 224/4: groups
+  const bool is_host = value != 0 && value >> 28U != 14U && value != 0xFFFFFFFFU;  // 224/4:
+                                                                                   // multicast
   return is_host ? std::optional(value) : std::nullopt;
 }
 
@@ -107,7 +108,7 @@ Status check(const FleetLinkOptions& options) {
 std::string cyclone_config(const RosBusOptions& options) {
   const bool is_loopback = options.interface == "lo" || options.interface.starts_with("127.");
   const bool is_address = parse_ipv4(options.interface).has_value();
-  // Loopback knows no multicast: participants look for each other port by port, as rmw_cyclonedds
+  // Loopback has no multicast: participants discover each other port by port, as rmw_cyclonedds
   // does with ROS_LOCALHOST_ONLY.
   const std::string found_by = is_loopback
                                    ? "<AllowMulticast>false</AllowMulticast></General><Discovery>"
@@ -116,8 +117,8 @@ std::string cyclone_config(const RosBusOptions& options) {
                                      "<SPDPInterval>1s</SPDPInterval>"
                                      "<Peers><Peer address=\"127.0.0.1\"/></Peers>"
                                    : std::string("</General><Discovery>");
-  // The watermark is above several clouds, else a second one is refused while the first is on its
-  // way to a reliable reader.
+  // The watermark is above several clouds; otherwise a second one is refused while the first is in
+  // transit to a reliable reader.
   return with_extra(
       fmt::format("<CycloneDDS><Domain><General><Interfaces><NetworkInterface {}=\"{}\"/>"
                   "</Interfaces>{}<ExternalDomainId>{}</ExternalDomainId></Discovery>"

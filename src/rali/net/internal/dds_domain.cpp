@@ -6,10 +6,10 @@
 namespace rali::net {
 namespace {
 
-constexpr dds_domainid_t kFirstNumber = 1000;  // beyond what a program may use by itself
+constexpr dds_domainid_t kFirstNumber = 1000;  // outside the range that a program may use
 
-/// The last complaint of Cyclone, which else goes to stderr past the program's own messages. Its
-/// hook is one for the process.
+/// Captures Cyclone's last error message, which otherwise goes to stderr. Its hook is global to the
+/// process.
 class Complaints {
  public:
   static Complaints& of_process() {
@@ -45,9 +45,9 @@ dds_domainid_t next_number() {
 }  // namespace
 
 Error dds_error(const std::string& where, const std::string& what, dds_return_t code) {
-  const std::string said = Complaints::of_process().take();
-  return {ErrorCode::kMachine, what + ": " + (said.empty() ? dds_strretcode(-code) : said), where,
-          ""};
+  const std::string reported = Complaints::of_process().take();
+  return {ErrorCode::kMachine, what + ": " + (reported.empty() ? dds_strretcode(-code) : reported),
+          where, ""};
 }
 
 Result<std::unique_ptr<DdsDomain>> DdsDomain::open(const std::string& config,

@@ -22,11 +22,11 @@ struct ListenerDelete {
 using ListenerPtr = std::unique_ptr<dds_listener_t, ListenerDelete>;
 
 /// A domain of Cyclone with one participant. Each has its own number within the process, so that
-/// several of them, with different settings, may be the same domain on the network.
+/// several with different settings may be the same domain on the network.
 class DdsDomain {
  public:
   /// @param config text of cyclone_config  @param where for errors
-  /// Errors: kMachine, with what Cyclone says.
+  /// Errors: kMachine, with Cyclone's message.
   [[nodiscard]] static Result<std::unique_ptr<DdsDomain>> open(const std::string& config,
                                                                const dds_qos_t* participant_qos,
                                                                const std::string& where);

@@ -19,7 +19,7 @@
 namespace rali::net {
 
 /// Tests may run at the same time: each process takes a domain of its own, below 100, so that its
-/// fixed ports lie below those that the system gives away. A lock keeps it until the process ends.
+/// fixed ports are below the ephemeral ones. A lock keeps it until the process ends.
 inline int domain_for_test() {
   static const int kDomain = [] {
     for (int domain = 1; domain < 100; ++domain) {
@@ -38,7 +38,7 @@ inline double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Asks again and again until it holds, at most `limit_s`. @return whether it holds
+/// Polls the condition for at most `limit_s`. @return whether it holds
 inline bool holds_within(double limit_s, const std::function<bool()>& condition) {
   const double end_s = seconds_now() + limit_s;
   while (!condition()) {
@@ -48,7 +48,7 @@ inline bool holds_within(double limit_s, const std::function<bool()>& condition)
   return true;
 }
 
-/// Somebody in the same domain who keeps to no rule of ours.
+/// A participant of the same domain that ignores our protocol.
 class OutsiderForTest {
  public:
   OutsiderForTest(const std::string& config, std::string topic, std::string type)

@@ -9,8 +9,8 @@
 namespace rali::net {
 namespace {
 
-constexpr std::size_t kOthersMax = 64;  ///< of one vehicle; they are repeated, so the newest count
-constexpr std::size_t kBulkMax = 4096;  ///< of one vehicle, however small
+constexpr std::size_t kOthersMax = 64;  ///< per vehicle; they are repeated, so the newest are kept
+constexpr std::size_t kBulkMax = 4096;  ///< per vehicle, whatever their size
 
 }  // namespace
 
@@ -25,7 +25,7 @@ void FleetInbox::put(Urgency urgency, Time t, std::span<const std::uint8_t> cdr)
   try {
     sort_in(urgency, t, cdr);
   } catch (const std::bad_alloc&) {
-    ++strangers_;  // not opened: whose it was is not known
+    ++strangers_;  // not opened: its sender is unknown
   }
 }
 
@@ -51,7 +51,7 @@ void FleetInbox::sort_in(Urgency urgency, Time t, std::span<const std::uint8_t> 
 void FleetInbox::keep(Peer& peer, Urgency urgency, Arrived arrived) {
   if (urgency == Urgency::kBulk) {
     if (peer.bulk.size() >= kBulkMax || peer.bulk_bytes + arrived.bytes.size() > queue_bytes_max_) {
-      ++peer.counts.overflowed;  // its receiver asks for it again
+      ++peer.counts.overflowed;  // its receiver requests it again
       return;
     }
     peer.bulk_bytes += arrived.bytes.size();

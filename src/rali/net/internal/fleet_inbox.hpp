@@ -14,21 +14,21 @@
 
 namespace rali::net {
 
-/// Opens what arrives, on the thread on which it arrives, so that nothing without the fleet's key
-/// ever takes a place in a queue. Each vehicle has queues of its own: one that floods loses its own
-/// messages only.
+/// Opens messages on the thread on which they arrive, so that no message without the fleet's key
+/// ever enters a queue. Each vehicle has its own queues: one that floods loses only its own
+/// messages.
 class FleetInbox {
  public:
   FleetInbox(EnvelopeOpener opener, const std::vector<VehicleId>& peers,
              std::size_t queue_bytes_max);
 
-  /// From the threads of DDS. @param cdr a sample: sequence<octet> with the envelope
+  /// Called by DDS threads. @param cdr a sample: sequence<octet> with the envelope
   void put(Urgency urgency, Time t, std::span<const std::uint8_t> cdr) noexcept;
 
   [[nodiscard]] std::vector<Arrived> take();
   bool wait(Duration timeout);
 
-  /// Fills in what has arrived from `row.peer`.
+  /// Fills in the counts of messages from `row.peer`.
   void add_counts(LinkCounts& row) const;
   [[nodiscard]] std::uint64_t strangers() const;
   [[nodiscard]] std::vector<SeenCounter> seen() const;

@@ -7,7 +7,7 @@
 namespace rali::net {
 namespace {
 
-/// char[16] or char[24] with zeros after the 16 bytes that DDS knows.
+/// char[16] or char[24], zero-padded after the 16 bytes of DDS.
 void put_gid(wire::ByteWriter& out, const Gid& gid, int gid_bytes) {
   for (int i = 0; i < gid_bytes; ++i) {
     const auto at = static_cast<std::size_t>(i);

@@ -12,7 +12,7 @@ using Gid = std::array<std::uint8_t, 16>;
 inline constexpr const char* kNodeInfoTopic = "ros_discovery_info";
 inline constexpr const char* kNodeInfoType = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
 
-/// What `ros2 node list` and `ros2 node info` show of a participant with one node.
+/// Data that `ros2 node list` and `ros2 node info` show for a participant with one node.
 struct NodeInfo {
   Gid participant{};
   std::string node_namespace, node_name;

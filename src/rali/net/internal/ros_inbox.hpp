@@ -13,13 +13,13 @@
 
 namespace rali::net {
 
-/// What has arrived and was not taken: of each subscription at most its depth, the newest.
+/// Messages that arrived but were not taken: per subscription the newest, up to its depth.
 class RosInbox {
  public:
   /// @return number of the new subscription
   [[nodiscard]] int add(int depth);
 
-  /// From the threads of DDS. Out of memory: counted as overflowed.
+  /// Called by DDS threads. Out of memory counts as overflowed.
   void put(int subscription, Time t, std::span<const std::uint8_t> cdr) noexcept;
 
   [[nodiscard]] std::vector<RosMessage> take(Duration timeout);

@@ -12,7 +12,7 @@ namespace {
 
 using geometry::Vec3;
 
-/// Calls the first scans degenerate, and remembers the scans that became keyframes.
+/// Reports the first scans as degenerate, and records the scans that became keyframes.
 class DegenerateAtFirst final : public KeyframeCorrector {
  public:
   explicit DegenerateAtFirst(int scans) : scans_(scans) {}
@@ -35,7 +35,7 @@ class DegenerateAtFirst final : public KeyframeCorrector {
   mutable int seen_ = 0;
 };
 
-/// The scans of four seconds that became keyframes.
+/// The scans that became keyframes within four seconds.
 std::vector<int> keyframes_of(int degenerate_scans) {
   paper::testing::Room room;
   paper::testing::Drive drive;
@@ -59,13 +59,13 @@ std::vector<int> keyframes_of(int degenerate_scans) {
     for (; imu_s <= t_s + 0.0051; imu_s += 0.005) {
       odometry->add_imu(imu.sample(drive, imu_s, rng));
     }
-    odometry->process(paper::testing::sweep(room, drive, lidar, t_s, rng), executor, findings);
+    odometry->process(paper::testing::scan(room, drive, lidar, t_s, rng), executor, findings);
   }
   return corrector.keyframes;
 }
 
 // Keyframes of the stretch are a second apart: without one at its end the ranges since the last of
-// them would never count.
+// them would never be used.
 TEST(PaperOdometry, makes_a_keyframe_where_a_degenerate_stretch_ends) {
   constexpr int kDegenerate = 24;
   const std::vector<int> ends = keyframes_of(kDegenerate);

@@ -16,15 +16,15 @@ namespace {
 
 constexpr double kGravityMps2 = 9.81;
 constexpr double kStartWindowS = 1.0;           // algorithms.md 1.4
-constexpr std::int64_t kBlockNs = 100'000'000;  // white noise is averaged out, driving is not
-constexpr double kMotionKnownS = 0.45;          // blocks for this long show motion
+constexpr std::int64_t kBlockNs = 100'000'000;  // averages out white noise, but not driving
+constexpr double kMotionKnownS = 0.45;          // data of this length are enough to detect motion
 constexpr double kRestTravelM = 0.02;           // by the LiDAR, over one second
 constexpr double kRestTurnRad = 0.3 * std::numbers::pi / 180.0;
 constexpr double kGyroBiasMaxRadps = 0.05;  // more is a broken sensor or wrong units
 constexpr double kAccelBiasMaxMps2 = 0.5;
 constexpr double kCoveredMin = 0.5;           // less of an interval with samples: no IMU
-constexpr double kSampleGapS = 0.1;           // algorithms.md 1.2: longer is a gap
-constexpr std::size_t kSamplesMax = 100'000;  // 100 s at 1 kHz: older ones leave
+constexpr double kSampleGapS = 0.1;           // with less of an interval covered: no IMU
+constexpr std::size_t kSamplesMax = 100'000;  // 100 s at 1 kHz: older ones are dropped
 
 double seconds_of(const std::vector<ImuSample>& samples) {
   return samples.size() < 2 ? 0.0 : seconds_between(samples.front().t, samples.back().t);
@@ -84,7 +84,7 @@ InertialGuess::Start InertialGuess::try_start(Time t, FindingList& findings) {
   scale_units(findings);
   const std::vector<ImuSample> blocks = block_means(begin, t);
   imu::ImuStatistics stats = imu::statistics(blocks);
-  stats.samples *= 10;  // is_rest counts samples; a block stands for ten and more
+  stats.samples *= 10;  // is_rest counts samples; a block has ten or more
   const bool rest = imu::is_rest(stats, imu::RestSettings{});
   if (rest && seen_s < 0.9 * kStartWindowS) return Start::kWait;
   set_attitude(between(begin, t), rest);
@@ -93,7 +93,8 @@ InertialGuess::Start InertialGuess::try_start(Time t, FindingList& findings) {
   return rest ? Start::kAtRest : Start::kInMotion;
 }
 
-// A sensor that gives g instead of m/s^2 shows it in any second: no vehicle falls at 0.9 g.
+// A sensor that reports g instead of m/s^2 is recognised within a second: no vehicle falls at 0.9
+// g.
 void InertialGuess::scale_units(FindingList& findings) {
   if (units_known_) return;
   units_known_ = true;
@@ -120,9 +121,9 @@ void InertialGuess::scale_units(FindingList& findings) {
   findings.push_back(f);
 }
 
-// Test T5 of the design: the smallest rotation that turns the mean force up. At rest the gyro's
-// mean is its bias, and of the accelerometer's bias the part along gravity shows; the rest of it
-// cannot be told from a tilt.
+// Test T5 of the design: the smallest rotation that turns the mean force up. At standstill the
+// gyro's mean is its bias. The accelerometer's bias is observable only along gravity; its other
+// components are indistinguishable from a tilt.
 void InertialGuess::set_attitude(const std::vector<ImuSample>& samples, bool at_rest) {
   const imu::ImuStatistics mean = imu::statistics(samples);
   const double norm = mean.accel_mean_mps2.norm();
@@ -154,20 +155,20 @@ void InertialGuess::predict(Time t_end, std::vector<TimedPose>& poses) {
     poses.resize(1);
     pre_.reset(bias_);
     coast_to(t_end);
-    graph_.advance_blind(span_s);
+    graph_.advance_degenerate(span_s);
     poses.push_back({t_end, T_odom_body()});
   }
   t_ = t_end;
   delta_rotation_ = last_registered_.R_odom_imu.transpose() * state_.R_odom_imu;
 }
 
-// Samples are averaged over each interval instead of held: held ones lag by half an interval.
+// Samples are averaged over each interval instead of held, which would lag by half an interval.
 double InertialGuess::integrate_to(Time t_end, std::vector<TimedPose>& poses) {
-  const Time t_begin = t_;
+  const Time t_start = t_;
   const imu::InertialState start = state_;
   double covered_s = 0.0;
-  if (samples_.empty() || samples_.back().t < t_begin) return 0.0;
-  Time from = t_begin;
+  if (samples_.empty() || samples_.back().t < t_start) return 0.0;
+  Time from = t_start;
   ImuSample left = at(from);
   const auto add_until = [&](Time to, const ImuSample& right) {
     const double dt_s = seconds_between(from, to);
@@ -218,11 +219,11 @@ void InertialGuess::correct(const SE3& T_odom_body) {
   if (D > 0.0) {
     const Vec3 mean_v = (T_odom_imu.p - last_registered_.p_odom_m) / D;
     Vec3 v = mean_v;
-    // After a scan that was only predicted the deltas cover but the last part of D.
+    // After a scan that was only predicted, the deltas cover just the last part of D.
     const bool deltas_cover = std::abs(pre_.duration_s() - D) < 1e-6;
     if (inertial_ && deltas_cover) {
       // r_p = 0 solved for v_i, then r_v = 0 for v_j: the finite difference is the velocity in the
-      // middle of the interval, the deltas carry it to the end.
+      // middle of the interval, the deltas propagate it to the end.
       v += kGravityOdom * (0.5 * D) +
            last_registered_.R_odom_imu *
                (pre_.delta_velocity_mps(bias_) - pre_.delta_position_m(bias_) / D);
@@ -271,13 +272,13 @@ void InertialGuess::fuse_covariance(const geometry::Mat6& information) {
   graph_.add_registration(G.transpose() * information * G, geometry::Vec6::Zero(), state, bias);
 }
 
-void InertialGuess::begin_standstill() { graph_.begin_standstill(); }
+void InertialGuess::start_standstill() { graph_.start_standstill(); }
 
 void InertialGuess::stay(const SE3& T_odom_body) {
   const SE3 T_odom_imu = T_odom_body * T_body_imu_;
   state_ = {T_odom_imu.R, T_odom_imu.p, Vec3::Zero()};
   graph_.stay();
-  keyframe_covered_ = false;  // deltas over minutes of standing say nothing of the drive after them
+  keyframe_covered_ = false;  // deltas over minutes of standstill do not help the following drive
   remember_registered();
   learn_gyro_bias();
   drop_used();
@@ -300,11 +301,11 @@ void InertialGuess::move(const SE3& T_new_old) {
     move_pose(state->R_odom_imu, state->p_odom_m);
     state->v_odom_mps = T_new_old.R * state->v_odom_mps;
   }
-  // Else the shift would look like motion to what learns the gyro's bias at rest.
+  // Otherwise the shift would look like motion to learn_gyro_bias().
   for (PastPose& past : past_) move_pose(past.T_odom_imu.R, past.T_odom_imu.p);
 }
 
-void InertialGuess::begin_keyframe() {
+void InertialGuess::start_keyframe() {
   pre_keyframe_.reset(bias_);
   keyframe_covered_ = true;
 }
@@ -326,10 +327,10 @@ geometry::Mat6 InertialGuess::covariance() const {
   return 0.5 * (C + C.transpose());
 }
 
-// The paper leaves biases to its pose graph. Here a first-order observer takes a small share of
-// what the registered pose says each scan: without it a tilt of 0.2 deg is 2 m/s after a minute
-// along a direction that the LiDAR does not see. Along such directions the innovation is nearly
-// zero, so nothing is learned there.
+// The paper leaves biases to its pose graph. Here a first-order observer applies a small fraction
+// of each scan's innovation: without it a tilt of 0.2 deg is 2 m/s after a minute along a
+// degenerate direction. Along such directions the innovation is nearly zero, so nothing is learnt
+// there.
 void InertialGuess::track_biases(const Vec3& velocity_innovation_mps,
                                  const geometry::Mat3& R_odom_imu, double dt_s) {
   const Vec3 turn = geometry::so3_log(state_.R_odom_imu.transpose() * R_odom_imu);
@@ -345,8 +346,8 @@ void InertialGuess::cut_biases() {
   if (accel > kAccelBiasMaxMps2) bias_.accel_mps2 *= kAccelBiasMaxMps2 / accel;
 }
 
-// While IMU and LiDAR both say that nothing moves, the gyro's mean is its bias. Both, because slow
-// even driving looks like rest to the IMU, and a blind direction looks like rest to the LiDAR.
+// If both IMU and LiDAR show standstill, the gyro's mean is its bias. Both are needed: slow even
+// driving looks like rest to the IMU, and motion along a degenerate direction to the LiDAR.
 void InertialGuess::learn_gyro_bias() {
   if (seconds_between(past_.front().t, t_) < kStartWindowS) return;
   for (const PastPose& p : past_) {
@@ -383,7 +384,7 @@ SE3 InertialGuess::T_odom_body() const {
   return SE3{state_.R_odom_imu, state_.p_odom_m} * T_body_imu_.inverse();
 }
 
-// The IMU sits beside the body's origin: v_body = v_imu + w x (from IMU to body).
+// The IMU is offset from the body's origin: v_body = v_imu + w x (from IMU to body).
 Vec3 InertialGuess::v_odom_body_mps() const {
   const Vec3 p_imu_body = T_body_imu_.inverse().p;
   return state_.v_odom_mps + state_.R_odom_imu * (geometry::skew(rate_imu_radps_) * p_imu_body);

@@ -17,84 +17,84 @@ namespace rali::odometry::paper {
 inline const geometry::Vec3 kGravityOdom{0.0, 0.0, -9.81};
 
 /// Initial guesses of scan poses from inertial data, and the velocity and biases they need. The
-/// paper says only that preintegration gives the guess: docs/explain/math/paper_odometry.md.
+/// paper states only that preintegration gives the guess: docs/explain/math/paper_odometry.md.
 class InertialGuess {
  public:
   enum class Start { kWait, kAtRest, kInMotion };
 
-  /// @param velocity_gain share of a scan's velocity innovation that the velocity takes
-  /// @param bias_gain share of a scan's rate and acceleration innovation that the biases take
+  /// @param velocity_gain fraction of a scan's velocity innovation applied to the velocity
+  /// @param bias_gain fraction of a scan's rate and acceleration innovation applied to the biases
   InertialGuess(const ImuNoiseSettings& noise, const geometry::SE3& T_body_imu,
                 double velocity_gain, double bias_gain);
 
-  /// Samples in time order; what is not finite or not later than the last one is ignored.
+  /// Samples in time order; samples that are not finite or not later than the last are ignored.
   void add(const sensor::ImuSample& sample);
 
-  /// Tries to find attitude and biases at time t: from a second at rest, or at the first sign of
-  /// motion from the mean acceleration so far. Sets the state on success, with yaw and position 0.
+  /// Tries to initialise attitude and biases at time t: from a second of standstill, or at the
+  /// first motion from the mean acceleration so far. Sets the state on success, with yaw and
+  /// position 0.
   Start try_start(Time t, FindingList& findings);
 
-  /// Moves the state to t_end by preintegration, or at constant velocity where less than half of
-  /// the interval has samples. `poses` receives the body's path, first and last included.
+  /// Moves the state to t_end by preintegration, or at constant velocity if samples cover less than
+  /// half of the interval. `poses` receives the body's path, first and last included.
   void predict(Time t_end, std::vector<TimedPose>& poses);
 
-  /// Takes over the registered pose of the time last predicted to; velocity is drawn towards what
-  /// the last two registered poses and the inertial deltas between them say.
+  /// Takes the registered pose at the time last predicted to. Corrects the velocity towards that of
+  /// the last two registered poses and the inertial deltas between them.
   void correct(const geometry::SE3& T_odom_body);
 
-  /// Joins a registration of the time last predicted to with the inertial data by the local graph.
+  /// Fuses a registration at the time last predicted to with the inertial data by the local graph.
   /// @param information,pull of the body's pose, as RegistrationResult gives them
   void fuse(const geometry::Mat6& information, const geometry::Vec6& pull);
 
-  /// Takes the whole state, past included, to another place in odom: T_odom_body becomes
-  /// T_new_old T_odom_body. Velocity turns along; covariance and biases stay.
+  /// Transforms the whole state, past included, within odom: T_odom_body becomes T_new_old
+  /// T_odom_body. The velocity is rotated too; covariance and biases are unchanged.
   void move(const geometry::SE3& T_new_old);
 
-  /// Deltas since begin_keyframe(); null where samples were missing.
+  /// Deltas since start_keyframe(); null where samples were missing.
   [[nodiscard]] const imu::Preintegration* since_keyframe() const {
     return keyframe_covered_ && pre_keyframe_.size() > 0 ? &pre_keyframe_ : nullptr;
   }
 
-  /// The state is that of a keyframe: deltas begin anew, with the biases as they are now.
-  void begin_keyframe();
+  /// The state is that of a keyframe: deltas restart with the current biases.
+  void start_keyframe();
 
   [[nodiscard]] KeyframeMotion motion() const { return {state_.v_odom_mps, bias_}; }
 
-  /// Biases beyond what a sound sensor has are cut.
+  /// Biases beyond the limits of an intact sensor are clipped.
   void set_motion(const KeyframeMotion& motion);
 
-  /// The same without moving anything: the pose is told by correct(), this is how well it is known.
+  /// As fuse(), for the covariance only: the pose itself is set by correct().
   void fuse_covariance(const geometry::Mat6& information);
 
-  /// The vehicle stands there since the time last predicted to: no velocity, and the gyro measures
-  /// its bias.
-  void begin_standstill();
-  /// It still stands, at this pose.
+  /// Standstill since the time last predicted to: zero velocity, and the gyro measures its bias.
+  void start_standstill();
+  /// Standstill continues, at this pose.
   void stay(const geometry::SE3& T_odom_body);
 
-  /// A measurement moved the body's position along a direction, and move() has done so already.
+  /// A measurement of the body's position along a direction; move() has already been applied.
   void know_along(const KnownAlong& known);
 
-  /// Over the last prediction the accelerometer's bias wandered by this density as well.
+  /// Adds a random walk of this density to the accelerometer bias over the last prediction.
   void let_accel_bias_wander(double walk_mps3_rthz) {
     graph_.let_accel_bias_wander(walk_mps3_rthz * walk_mps3_rthz * predicted_s_);
   }
 
-  /// Of the body's pose by the local graph, boxplus order.
+  /// Covariance of the body's pose by the local graph, boxplus order.
   [[nodiscard]] geometry::Mat6 covariance() const;
 
-  /// Of the IMU, at the time last predicted to.
+  /// State of the IMU, at the time last predicted to.
   [[nodiscard]] const imu::InertialState& state() const { return state_; }
 
-  /// Of state() and the biases, in the order of the local graph.
+  /// Covariance of state() and the biases, in the order of the local graph.
   [[nodiscard]] const LocalGraph::Mat15& inertial_covariance() const { return graph_.covariance(); }
 
-  /// The last sample that was taken, in m/s^2 and rad/s; null if there is none.
+  /// The last accepted sample, in m/s^2 and rad/s; null if there is none.
   [[nodiscard]] const sensor::ImuSample* newest_sample() const {
     return samples_.empty() ? nullptr : &samples_.back();
   }
 
-  /// Puts the vehicle at a pose at time t without velocity.
+  /// Sets the pose at time t with zero velocity.
   void reset(Time t, const geometry::SE3& T_odom_body);
 
   [[nodiscard]] geometry::SE3 T_odom_body() const;
@@ -134,7 +134,7 @@ class InertialGuess {
   double velocity_gain_;
   double bias_gain_;
   std::deque<sensor::ImuSample> samples_;
-  double accel_scale_ = 1.0;  ///< 9.81 if the sensor gives g
+  double accel_scale_ = 1.0;  ///< 9.81 if the sensor reports g
   bool units_known_ = false;
 
   Time t_;

@@ -13,9 +13,9 @@ using geometry::SE3;
 using geometry::Vec3;
 using Start = InertialGuess::Start;
 
-void feed(InertialGuess& guess, double begin_s, double end_s, const Vec3& accel,
+void feed(InertialGuess& guess, double start_s, double end_s, const Vec3& accel,
           const Vec3& gyro = Vec3::Zero()) {
-  const auto first = static_cast<int>(std::lround(begin_s * 200.0));
+  const auto first = static_cast<int>(std::lround(start_s * 200.0));
   const auto last = static_cast<int>(std::lround(end_s * 200.0));
   for (int k = first; k <= last; ++k) guess.add({Time::from_s(k * 0.005), gyro, accel});
 }
@@ -34,7 +34,7 @@ TEST(InertialGuess, levels_itself_at_rest_as_worked_by_hand) {
   const Vec3 log = geometry::so3_log(guess.T_odom_body().R);
   EXPECT_LT((log - Vec3(-0.034676, -0.017338, 0.0)).norm(), 1e-6);
   EXPECT_LT((guess.bias().gyro_radps - gyro).norm(), 1e-12);
-  // |f| = 9.807370: the part of the accelerometer's bias that shows.
+  // |f| = 9.807370: the observable part of the accelerometer's bias.
   EXPECT_NEAR(guess.bias().accel_mps2.norm(), 9.81 - 9.807370, 1e-6);
   EXPECT_TRUE(findings.empty());
 }
@@ -142,7 +142,7 @@ TEST(InertialGuess, tracks_a_bias_that_the_start_did_not_show) {
   EXPECT_LT((guess.v_odom_body_mps() - Vec3(0.1, 0.0, 0.0)).norm(), 2e-3);
 }
 
-// At rest the gyro's mean is its bias; while the LiDAR sees turning it is not, however even.
+// At standstill the gyro's mean is its bias; if the LiDAR shows turning it is not, however even.
 TEST(InertialGuess, learns_gyro_bias_only_while_the_lidar_stands_too) {
   for (const bool turning : {false, true}) {
     InertialGuess guess = fresh();

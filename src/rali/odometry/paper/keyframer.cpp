@@ -9,7 +9,7 @@ using geometry::Vec3f;
 namespace {
 
 // The registration's information is of the pose in odom (rotation in the body, position in odom);
-// seen from the keyframe before, only the position turns.
+// relative to the previous keyframe, only the position is rotated.
 Mat6 in_previous_body(const Mat6& information_odom, const geometry::Mat3& R_odom_previous) {
   Mat6 G = Mat6::Identity();
   G.block<3, 3>(3, 3) = R_odom_previous;

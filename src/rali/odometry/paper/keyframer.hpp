@@ -14,18 +14,19 @@ class OverlapKeyframer {
  public:
   OverlapKeyframer(double overlap_min, double radius_m, const geometry::SE3& T_body_lidar);
 
-  /// Share of `thinned` points of `cloud_lidar` (in the LiDAR frame at T_odom_body) that have a
-  /// point of the last keyframe nearer than the radius; 0 if there is none yet, 1 without points.
+  /// Fraction of the `thinned` points of `cloud_lidar` (in the LiDAR frame at T_odom_body) with a
+  /// point of the last keyframe within the radius; 0 if there is no keyframe yet, 1 without points.
   [[nodiscard]] double overlap(const BodyPoints& cloud_lidar,
                                std::span<const std::uint32_t> thinned,
                                const geometry::SE3& T_odom_body) const;
 
   [[nodiscard]] bool wants(double overlap) const { return !has_last_ || overlap < overlap_min_; }
 
-  /// Whether the last keyframe is so long ago, and the vehicle no longer there. Where the LiDAR is
-  /// blind scans look alike, overlap hardly falls, and whatever waits for a keyframe waits long.
+  /// Whether the last keyframe is after_s old and the vehicle has moved since. In a degenerate
+  /// stretch scans look alike and the overlap hardly drops, so corrections at keyframes would come
+  /// late.
   [[nodiscard]] bool is_due(Time t, const geometry::SE3& T_odom_body, double after_s) const {
-    constexpr double kMovedM = 0.1;  // standing must not make keyframes
+    constexpr double kMovedM = 0.1;  // standstill must not make keyframes
     return has_last_ && after_s > 0.0 && seconds_between(t_last_, t) >= after_s &&
            (T_odom_body.p - T_odom_body_last_.p).norm() > kMovedM;
   }
@@ -35,10 +36,10 @@ class OverlapKeyframer {
                                        std::span<const std::uint32_t> thinned,
                                        const ScanResult& result);
 
-  /// The last keyframe is elsewhere than was thought.
+  /// Corrects the pose of the last keyframe.
   void move_last(const geometry::SE3& T_odom_body) { T_odom_body_last_ = T_odom_body; }
 
-  /// Forgets the last keyframe for the overlap; the next one still hangs on its pose.
+  /// Forgets the last keyframe for the overlap; its pose stays the reference of the next one.
   void clear_overlap() { tree_.build({}, {}, {}); }
 
  private:

@@ -25,14 +25,14 @@ constexpr double kYawRad = 1e-4;
 constexpr double kPositionM = 1e-4;
 constexpr double kRestMps = 0.01;
 constexpr double kMovingMps = 2.0;
-constexpr double kStandingMps = 0.03;  // it drives off before anybody notices
+constexpr double kStandingMps = 0.03;  // a start is detected late
 constexpr double kRestGyroBias = 1e-3;
 constexpr double kMovingGyroBias = 0.01;
 constexpr double kAccelBias = 0.05;
-constexpr double kMeanForce = 0.01;  // [m/s^2] of the mean over a second of rest
+constexpr double kMeanForce = 0.01;  // [m/s^2] of the mean over a second at standstill
 constexpr double kGravityMps2 = 9.81;
-constexpr double kBlindAccel = 2.0;  // [m/s^2] unknown, of a vehicle without inertial data
-constexpr double kBlindRate = 0.5;   // [rad/s]
+constexpr double kDegenerateAccel = 2.0;  // [m/s^2] unknown, without inertial data
+constexpr double kDegenerateRate = 0.5;   // [rad/s]
 
 double square(double x) { return x * x; }
 
@@ -50,8 +50,8 @@ void LocalGraph::reset(const Vec3& up_imu, bool at_rest) {
   P_.diagonal().segment<3>(kBg).setConstant(square(at_rest ? kRestGyroBias : kMovingGyroBias));
   P_.diagonal().segment<3>(kBa).setConstant(square(kAccelBias));
   if (!at_rest) return;
-  // Level was taken from the mean force, so a tilt and the bias that made it hide each other:
-  // f = Exp(-theta) up g + b stays the measured force if b changes by -g [up]x theta.
+  // Level was taken from the mean force, so a tilt and the bias that caused it compensate each
+  // other: f = Exp(-theta) up g + b stays the measured force if b changes by -g [up]x theta.
   const geometry::Mat3 B = -kGravityMps2 * geometry::skew(up_imu);
   P_.block<3, 3>(kBa, kBa) = B * P_tilt * B.transpose();
   P_.diagonal().segment<3>(kBa).array() += square(kMeanForce);
@@ -78,20 +78,20 @@ void LocalGraph::advance(const imu::Preintegration& pre, const imu::InertialStat
   P_.diagonal().segment<3>(kBa).array() += square(noise_.accel_walk_mps3_rthz) * dt_s;
 }
 
-void LocalGraph::advance_blind(double dt_s) {
+void LocalGraph::advance_degenerate(double dt_s) {
   Mat15 F = Mat15::Identity();
   F.block<3, 3>(kP, kV).diagonal().setConstant(dt_s);
   P_ = (F * P_ * F.transpose()).eval();
-  P_.diagonal().segment<3>(kR).array() += square(kBlindRate * dt_s);
-  P_.diagonal().segment<3>(kV).array() += square(kBlindAccel * dt_s);
-  P_.diagonal().segment<3>(kP).array() += square(0.5 * kBlindAccel * dt_s * dt_s);
+  P_.diagonal().segment<3>(kR).array() += square(kDegenerateRate * dt_s);
+  P_.diagonal().segment<3>(kV).array() += square(kDegenerateAccel * dt_s);
+  P_.diagonal().segment<3>(kP).array() += square(0.5 * kDegenerateAccel * dt_s * dt_s);
 }
 
 void LocalGraph::add_registration(const Mat6& information, const Vec6& pull,
                                   imu::InertialState& state, imu::InertialBias& bias) {
   Eigen::Matrix<double, 15, 6> PS;  // columns of the pose
   PS << P_.middleCols<3>(kR), P_.middleCols<3>(kP);
-  // P+ = P - P S' I (1 + S P S' I)^-1 S P: needs no inverse of I, which blind directions lack.
+  // P+ = P - P S' I (1 + S P S' I)^-1 S P: needs no inverse of I, which is singular if degenerate.
   const Mat6 gain = information * (Mat6::Identity() + pose_covariance() * information).inverse();
   P_ -= PS * gain * PS.transpose();
   P_ = (0.5 * (P_ + P_.transpose())).eval();
@@ -106,7 +106,7 @@ void LocalGraph::add_registration(const Mat6& information, const Vec6& pull,
   bias.accel_mps2 += d.segment<3>(kBa);
 }
 
-void LocalGraph::begin_standstill() {
+void LocalGraph::start_standstill() {
   P_.middleRows<3>(kV).setZero();
   P_.middleCols<3>(kV).setZero();
   P_.diagonal().segment<3>(kV).setConstant(square(kStandingMps));

@@ -13,10 +13,10 @@ using geometry::Vec6;
 
 /// One second without inertial data after a start in motion. Position: 2 m/s of unknown speed and
 /// 2 m/s2 of unknown acceleration make 4 + 1 = 5 m2.
-LocalGraph after_a_blind_second() {
+LocalGraph after_a_degenerate_second() {
   LocalGraph graph{ImuNoiseSettings{}};
   graph.reset(Vec3::UnitZ(), false);
-  graph.advance_blind(1.0);
+  graph.advance_degenerate(1.0);
   return graph;
 }
 
@@ -31,7 +31,7 @@ TEST(LocalGraph, begins_sure_of_yaw_and_place_and_unsure_of_level) {
 }
 
 TEST(LocalGraph, grows_by_speed_and_acceleration_where_nothing_is_measured) {
-  const Mat6 P = after_a_blind_second().pose_covariance();
+  const Mat6 P = after_a_degenerate_second().pose_covariance();
   EXPECT_NEAR(P(3, 3), 5.0, 1e-6);
   EXPECT_NEAR(P(0, 0), 0.05 * 0.05 + 0.25, 1e-9);
 }
@@ -39,7 +39,7 @@ TEST(LocalGraph, grows_by_speed_and_acceleration_where_nothing_is_measured) {
 TEST(LocalGraph, takes_a_registration_as_a_kalman_filter_does) {
   // Prior 5 m2, information 20 /m2 at 0.5 m: variance 1/(1/5 + 20) = 0.049505 m2, step 0.49505 m;
   // speed follows by its correlation 4/5.
-  LocalGraph graph = after_a_blind_second();
+  LocalGraph graph = after_a_degenerate_second();
   Mat6 information = Mat6::Zero();
   information(3, 3) = 20.0;
   Vec6 pull = Vec6::Zero();
@@ -53,7 +53,7 @@ TEST(LocalGraph, takes_a_registration_as_a_kalman_filter_does) {
 }
 
 TEST(LocalGraph, leaves_what_the_registration_does_not_see_as_it_was) {
-  LocalGraph graph = after_a_blind_second();
+  LocalGraph graph = after_a_degenerate_second();
   Mat6 information = Mat6::Zero();
   information(3, 3) = 20.0;
   Vec6 pull = Vec6::Zero();
@@ -66,7 +66,7 @@ TEST(LocalGraph, leaves_what_the_registration_does_not_see_as_it_was) {
 }
 
 TEST(LocalGraph, keeps_the_state_when_the_pull_is_no_number) {
-  LocalGraph graph = after_a_blind_second();
+  LocalGraph graph = after_a_degenerate_second();
   Vec6 pull = Vec6::Constant(std::numeric_limits<double>::quiet_NaN());
   imu::InertialState state;
   state.p_odom_m = Vec3(1.0, 2.0, 3.0);
@@ -76,8 +76,9 @@ TEST(LocalGraph, keeps_the_state_when_the_pull_is_no_number) {
 }
 
 TEST(LocalGraph, lets_the_speed_follow_a_measured_position_by_its_correlation) {
-  // Prior 5 m2, speed tied to it by 4; a range of 5 m2 moved it by 1 m: S = 10, speed 0.4 m/s.
-  LocalGraph graph = after_a_blind_second();
+  // Prior 5 m2, correlated with the speed by 4; a range of 5 m2 moved it by 1 m: S = 10, speed 0.4
+  // m/s.
+  LocalGraph graph = after_a_degenerate_second();
   imu::InertialState state;
   imu::InertialBias bias;
   graph.know_along(Vec3::UnitX(), 1.0, 5.0, state, bias);
@@ -88,11 +89,11 @@ TEST(LocalGraph, lets_the_speed_follow_a_measured_position_by_its_correlation) {
 }
 
 TEST(LocalGraph, knows_as_much_after_a_minute_of_standing_as_before) {
-  LocalGraph graph = after_a_blind_second();
-  graph.begin_standstill();
+  LocalGraph graph = after_a_degenerate_second();
+  graph.start_standstill();
   EXPECT_NEAR(graph.covariance()(3, 3), 0.03 * 0.03, 1e-12);
   for (int k = 0; k < 600; ++k) {
-    graph.advance_blind(0.1);
+    graph.advance_degenerate(0.1);
     graph.stay();
   }
   EXPECT_NEAR(graph.pose_covariance()(3, 3), 5.0, 1e-6);

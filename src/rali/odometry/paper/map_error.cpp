@@ -11,13 +11,13 @@ using geometry::Vec6;
 
 namespace {
 
-/// Directions known worse than that [m, rad] are not known by the registration.
+/// Directions with a larger sigma [m, rad] count as unconstrained by the registration.
 constexpr double kKnownSigma = 0.3;
-/// What a vehicle may have moved [m] and turned [rad] while it was lost.
+/// Motion [m] and rotation [rad] to expect while the vehicle is lost.
 constexpr double kLostM = 5.0;
 constexpr double kLostRad = 0.5;
 
-/// Covariance in the directions that the information holds, zero in the others.
+/// Covariance in the directions with enough information, zero in the others.
 Mat6 known_covariance(const Mat6& information) {
   const Eigen::SelfAdjointEigenSolver<Mat6> solver(information);
   Vec6 variances = Vec6::Zero();
@@ -54,7 +54,7 @@ void MapError::know_along(const Vec3& e_odom, double sigma_m) {
 }
 
 Mat6 MapError::at(const SE3& T_odom_body) const {
-  // theta in the body, p in odom: both poses hang on one rigid error.
+  // theta in the body, p in odom: both poses have the same rigid error.
   Mat6 A = Mat6::Identity();
   A.topLeftCorner<3, 3>() = T_odom_body.R.transpose() * T_odom_keyframe_.R;
   A.bottomLeftCorner<3, 3>() =

@@ -4,23 +4,23 @@
 
 namespace rali::odometry::paper {
 
-/// How far the submap may be off: a scan is known against the keyframes around it, and each of
-/// these was registered against those before it. One relative error per keyframe adds up, the way
-/// poses do along a chain; an error of heading moves all that comes after.
+/// Error of the submap: a scan is registered against the keyframes around it, and each of these
+/// against those before it. One relative error per keyframe accumulates, as along a chain of poses;
+/// a heading error displaces all later keyframes.
 class MapError {
  public:
-  /// A keyframe enters the submap. @param information of its registration, boxplus order; where it
-  /// has none the filter knows what the keyframe may be off by.
+  /// A keyframe enters the submap. @param information of its registration, boxplus order. Along
+  /// directions without information, the filter's covariance contains the keyframe's error.
   void add_keyframe(const geometry::SE3& T_odom_body, const geometry::Mat6& information);
 
-  /// Nothing held the keyframes along e_odom, and this variance came together there.
+  /// The keyframes were unconstrained along e_odom and accumulated this variance there.
   void add_along(const geometry::Vec3& e_odom, double variance_m2);
 
-  /// The track was lost: the next keyframe begins a map that hangs on a guess.
+  /// Tracking was lost: the next keyframe starts a map at a guessed pose.
   void lose();
 
-  /// The position along e_odom was measured from a place known to sigma_m: what is wrong with the
-  /// map there is put right, but for that.
+  /// The position along e_odom was measured from a landmark known to sigma_m, which replaces the
+  /// map's error in that direction.
   void know_along(const geometry::Vec3& e_odom, double sigma_m);
 
   /// Covariance that the map's error adds to that of a pose, boxplus order.

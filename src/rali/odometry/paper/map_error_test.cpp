@@ -15,7 +15,7 @@ SE3 at(double x_m) {
   return T;
 }
 
-/// Known to 0.01 rad and 0.1 m.
+/// Sigmas of 0.01 rad and 0.1 m.
 Mat6 good() {
   Mat6 I = Mat6::Zero();
   I.diagonal() << 1e4, 1e4, 1e4, 100.0, 100.0, 100.0;
@@ -28,7 +28,7 @@ TEST(MapError, is_none_at_the_first_keyframe_and_adds_up_from_there) {
   EXPECT_EQ(error.at(at(5.0)).norm(), 0.0);
   error.add_keyframe(at(1.0), good());
   EXPECT_NEAR(error.at(at(1.0))(3, 3), 0.01, 1e-12);
-  // 10 m on the heading's 0.01 rad is 0.1 m more across.
+  // 10 m with a heading sigma of 0.01 rad add 0.1 m laterally.
   EXPECT_NEAR(error.at(at(11.0))(4, 4), 0.01 + 0.01, 1e-12);
   EXPECT_NEAR(error.at(at(11.0))(3, 3), 0.01, 1e-12);
   error.add_keyframe(at(11.0), good());

@@ -11,7 +11,7 @@ namespace {
 
 // A leaf of 8 points costs about as much to search as a level of the tree.
 constexpr std::uint32_t kLeafPoints = 8;
-// 20 halvings of 200 m are 0.2 mm: deeper there are only equal points.
+// 20 halvings of 200 m are 0.2 mm: only equal points would need more.
 constexpr int kDepthMax = 20;
 
 unsigned octant(const Vec3f& p, const Vec3f& centre) {
@@ -77,7 +77,7 @@ void Octree::split(std::uint32_t node, int depth) {
 bool Octree::any_within(const Vec3f& query, float radius_m) const {
   if (nodes_.empty() || !query.allFinite()) return false;
   const float radius2 = radius_m * radius_m;
-  // Depth first; at most seven siblings wait on each level.
+  // Depth first; at most seven siblings are pending on each level.
   std::array<std::uint32_t, 7 * kDepthMax + 8> stack;
   std::size_t waiting = 0;
   stack[waiting++] = 0;
@@ -93,7 +93,7 @@ bool Octree::any_within(const Vec3f& query, float radius_m) const {
       }
       continue;
     }
-    // The octant of the query last, so that it is searched first.
+    // Pushes the octant of the query last, so that it is searched first.
     const unsigned own = octant(query, node.centre);
     for (unsigned k = 7; k >= 1; --k) stack[waiting++] = node.first_child + (own ^ k);
     stack[waiting++] = node.first_child + own;

@@ -9,14 +9,14 @@
 
 namespace rali::odometry::paper {
 
-/// Octree over a fixed set of points (Meagher 1982): answers "is any point within a radius?",
-/// which the overlap of two clouds is made of. Points are copied and sorted into leaves.
+/// Octree over a fixed set of points (Meagher 1982). It answers "is any point within a radius?",
+/// from which the overlap of two clouds is computed. Points are copied and sorted into leaves.
 class Octree {
  public:
-  /// Builds the tree anew, keeping its memory. Points that are not finite are left out.
+  /// Rebuilds the tree, reusing its memory. Points that are not finite are ignored.
   void build(std::span<const float> x_m, std::span<const float> y_m, std::span<const float> z_m);
 
-  /// True if a point lies nearer than radius_m to `query`.
+  /// True if a point is nearer than radius_m to `query`.
   [[nodiscard]] bool any_within(const geometry::Vec3f& query, float radius_m) const;
 
   [[nodiscard]] std::size_t size() const { return points_.size(); }

@@ -20,17 +20,17 @@ using sensor::LidarScan;
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-// The scan cannot be further from its prediction than this and still have matched rightly.
+// Largest distance of a scan from its prediction at which its matches can be correct.
 constexpr double kJumpM = 2.0;
 constexpr double kJumpRad = 20.0 * kDegree;
 constexpr double kLostS = 2.0;
-constexpr int kGoodFactor = 3;  // so many times the least matches are a good registration
+constexpr int kGoodFactor = 3;  // a good registration has this many times the minimum of matches
 constexpr double kStartWindowS = 1.0;
-// Where nothing but inertial data carries the pose along, a map that tilts as it grows lets gravity
-// leak into the acceleration, as a bias does that wanders so fast [m/s^3/rtHz].
+// In degenerate stretches inertial data alone propagate the pose. A map that tilts as it grows then
+// projects gravity into the acceleration, like a bias with this random walk [m/s^3/rtHz].
 constexpr double kLevelWalk = 0.02;
 
-/// Data sheets are taken for what they are, unless the paper is followed to the letter.
+/// Noise from data sheets is corrected by prior_noise(), except in literal mode.
 ImuNoiseSettings noise_of(const OdometrySettings& settings) {
   ImuNoiseSettings noise = settings.imu_noise;
   if (settings.paper.literal) return noise;
@@ -76,7 +76,7 @@ ScanResult PaperOdometry::process(const LidarScan& scan, Executor& executor,
   if (!started_) {
     if (!start(scan, findings)) return out;
   } else if (scan.t_end <= t_last_) {
-    // Time does not run backwards here: the caller orders scans, this one adds nothing.
+    // Time must not run backwards: the caller orders scans, this one is ignored.
     out.T_odom_body = guess_.T_odom_body();
     out.covariance = covariance_;
     out.state = TrackState::kPredicted;
@@ -85,7 +85,7 @@ ScanResult PaperOdometry::process(const LidarScan& scan, Executor& executor,
   guess_.predict(scan.t_end, path_);
   t_last_ = scan.t_end;
   if (has_imu_ && !guess_.inertial() && path_.size() > 1) {
-    note(findings, said_no_imu_, "odometry.imu_gap", scan.t_end,
+    note(findings, reported_no_imu_, "odometry.imu_gap", scan.t_end,
          "no inertial samples for more than half of a scan", "constant velocity is assumed there",
          "");
   }
@@ -95,7 +95,7 @@ ScanResult PaperOdometry::process(const LidarScan& scan, Executor& executor,
   register_scan(scan, executor, findings, out);
   stand_if_standing(out);
   out.T_odom_body_predicted = predicted_;
-  if (told_before_) out.T_last_predicted = told_before_->inverse() * predicted_;
+  if (reported_before_) out.T_last_predicted = reported_before_->inverse() * predicted_;
   out.v_odom_mps = guess_.v_odom_body_mps();
   out.inertial = has_imu_;
   out.inertial_noise = inertial_noise_;
@@ -106,8 +106,8 @@ ScanResult PaperOdometry::process(const LidarScan& scan, Executor& executor,
   out.planes = registration_.evidence();
   out.feature_normals_body = normals_body_;
   keyframe_if_wanted(scan, findings, out);
-  tell_if_lost(scan.t_end, findings);
-  told_before_ = out.T_odom_body;
+  report_if_lost(scan.t_end, findings);
+  reported_before_ = out.T_odom_body;
   return out;
 }
 
@@ -140,7 +140,7 @@ bool PaperOdometry::start(const LidarScan& scan, FindingList& findings) {
 void PaperOdometry::undistort(const LidarScan& scan) {
   const SE3 still;
   if (settings_.deskew == PaperDeskew::kNone || path_.size() < 2) {
-    SweepMotion(still).apply(scan, {}, cloud_lidar_);
+    ScanMotion(still).apply(scan, {}, cloud_lidar_);
     return;
   }
   // The path of the LiDAR itself, so that the points stay in its frame, where rings are cones.
@@ -151,7 +151,7 @@ void PaperOdometry::undistort(const LidarScan& scan) {
     if (settings_.deskew == PaperDeskew::kRotation) T_odom_lidar.p = p_end;
     lidar_path_.push_back({pose.t, T_odom_lidar});
   }
-  SweepMotion(lidar_path_, scan.t_begin, still).apply(scan, {}, cloud_lidar_);
+  ScanMotion(lidar_path_, scan.t_start, still).apply(scan, {}, cloud_lidar_);
 }
 
 void PaperOdometry::find_features(const LidarScan& scan, FindingList& findings) {
@@ -159,7 +159,7 @@ void PaperOdometry::find_features(const LidarScan& scan, FindingList& findings) 
   const PointsView view{cloud_lidar_.x_m, cloud_lidar_.y_m, cloud_lidar_.z_m, scan.ring};
   extractor_.extract(view, how, features_);
   if (!scan.has_rings && scan.size() > 0) {
-    note(findings, said_no_rings_, "odometry.no_rings", scan.t_end,
+    note(findings, reported_no_rings_, "odometry.no_rings", scan.t_end,
          "the LiDAR gives no ring of its points, which the paper's features need",
          "normals are fitted to scattered points instead", "Use preset robust for this sensor.");
     scattered_.extract(view, extractor_.thinned(), how, features_);
@@ -189,8 +189,8 @@ void PaperOdometry::find_degenerate_direction() {
   if (degenerate_ended_) remember_open_error(before);
 }
 
-// The registration that follows says where the vehicle is in the map, not how far the map went
-// astray while nothing held it.
+// The next registration gives the pose in the map, but not the error that the map accumulated while
+// it was unconstrained.
 void PaperOdometry::remember_open_error(const std::optional<Vec3>& open_before) {
   const Mat6 P = guess_.covariance();
   map_error_.add_along(*open_before, open_before->dot(P.bottomRightCorner<3, 3>() * *open_before));
@@ -231,12 +231,12 @@ void PaperOdometry::register_scan(const LidarScan& scan, Executor& executor, Fin
 }
 
 void PaperOdometry::take_over(const RegistrationResult& done) {
-  const Mat6 believed = settings_.registration_share * done.information;
+  const Mat6 assumed = settings_.registration_fraction * done.information;
   if (has_imu_ && settings_.back_end == PaperBackEnd::kGraph) {
-    guess_.fuse(believed, settings_.registration_share * done.pull);
+    guess_.fuse(assumed, settings_.registration_fraction * done.pull);
   } else {
     guess_.correct(done.T_odom_body);
-    guess_.fuse_covariance(believed);
+    guess_.fuse_covariance(assumed);
   }
 }
 
@@ -245,7 +245,7 @@ void PaperOdometry::stand_if_standing(ScanResult& out) {
   if (!standing_.update(out.t, guess_, degenerate_odom_, stands_at_)) return stands_at_.reset();
   if (!stands_at_) {
     stands_at_ = guess_.T_odom_body();
-    guess_.begin_standstill();
+    guess_.start_standstill();
   }
   guess_.stay(*stands_at_);
   out.T_odom_body = *stands_at_;
@@ -260,7 +260,7 @@ void PaperOdometry::keep_prediction(const LidarScan& scan, FindingList& findings
   }
 }
 
-// The map fits nowhere any more: a new one begins at the last pose that was registered.
+// The map matches nowhere any more: a new one starts at the last registered pose.
 void PaperOdometry::restart(const LidarScan& scan, FindingList& findings, ScanResult& out) {
   bool unsaid = false;
   note(findings, unsaid, "odometry.diverged", scan.t_end,

@@ -20,11 +20,11 @@ using paper::testing::Drive;
 using paper::testing::Imu;
 using paper::testing::Lidar;
 using paper::testing::Room;
-using paper::testing::sweep;
+using paper::testing::scan;
 
 Lidar coarse_lidar() {
   Lidar lidar;
-  lidar.rings = 32;  // with 16 no floor is a feature (finding F2)
+  lidar.rings = 32;  // with 16 the floor yields no feature (finding F2)
   lidar.columns = 450;
   return lidar;
 }
@@ -86,7 +86,7 @@ Track run(const Bench& b) {
     for (; b.has_imu && imu_s <= t_s + 0.0051; imu_s += 0.005) {
       odometry->add_imu(b.imu.sample(b.drive, imu_s, rng));
     }
-    sensor::LidarScan scan = sweep(b.room, b.drive, b.lidar, t_s, rng);
+    sensor::LidarScan scan = paper::testing::scan(b.room, b.drive, b.lidar, t_s, rng);
     scan.has_rings = b.has_rings;
     if (!b.has_rings) std::fill(scan.ring.begin(), scan.ring.end(), std::uint16_t{0});
     const ScanResult r = odometry->process(scan, executor, track.findings);
@@ -129,7 +129,7 @@ struct MoveOnce final : KeyframeCorrector {
   int at = 1, asked = 0;
   std::vector<SE3> seen;
 
-  // Keyframes by time, and nothing held: a vertical one is none that could be.
+  // Keyframes by time, without a prior along the axis: a vertical one is never used for that.
   std::optional<Vec3> degenerate_direction(std::span<const Vec3>, const Vec3&) const override {
     return Vec3::UnitZ();
   }
@@ -149,7 +149,7 @@ struct MoveOnce final : KeyframeCorrector {
   }
 };
 
-// If the map stayed behind, the next registration would pull the pose back to it.
+// If the map were not moved, the next registration would pull the pose back to it.
 TEST(PaperOdometry, goes_on_from_where_a_keyframe_and_the_map_were_moved) {
   Bench b;
   b.end_s = 4.0;
@@ -166,14 +166,14 @@ TEST(PaperOdometry, goes_on_from_where_a_keyframe_and_the_map_were_moved) {
       odometry->add_imu(b.imu.sample(b.drive, imu_s, rng));
     }
     const ScanResult r =
-        odometry->process(sweep(b.room, b.drive, b.lidar, t_s, rng), executor, findings);
+        odometry->process(scan(b.room, b.drive, b.lidar, t_s, rng), executor, findings);
     if (corrector.asked <= corrector.at) continue;
     EXPECT_LT((r.T_odom_body.p - corrector.shift_m - b.drive.pose(t_s).p).norm(), 0.05) << t_s;
   }
   EXPECT_GT(corrector.asked, 2);
 }
 
-// Sixteen rings see hardly any floor: without gravity the height wandered by metres in corridors.
+// Sixteen rings hit hardly any floor: without gravity the height drifted by metres in corridors.
 TEST(PaperOdometry, keeps_height_and_level_with_sixteen_rings) {
   Bench b;
   b.lidar.rings = 16;
@@ -217,7 +217,7 @@ TEST(PaperOdometry, works_without_imu_at_constant_velocity) {
   b.has_imu = false;
   b.settings.paper.deskew = PaperDeskew::kFull;
   const Track track = run(b);
-  // 16 rings see no floor here (finding F2): the height hangs on the motion model alone.
+  // 16 rings hit no floor here (finding F2): the height depends on the motion model alone.
   EXPECT_LT(track.worst_m, 0.25);
   EXPECT_LT(track.worst_deg, 1.5);
   EXPECT_GE(track.scans, 49);
@@ -228,9 +228,9 @@ TEST(PaperOdometry, says_once_that_rings_are_missing_and_works_without) {
   b.end_s = 3.0;
   b.has_rings = false;
   const Track track = run(b);
-  int said = 0;
-  for (const Finding& f : track.findings) said += f.id == "odometry.no_rings" ? 1 : 0;
-  EXPECT_EQ(said, 1);
+  int reported = 0;
+  for (const Finding& f : track.findings) reported += f.id == "odometry.no_rings" ? 1 : 0;
+  EXPECT_EQ(reported, 1);
   EXPECT_LT(track.worst_m, 0.15);
 }
 
@@ -241,11 +241,11 @@ TEST(PaperOdometry, is_surer_of_its_pose_than_the_registration_alone) {
   const geometry::Mat6& P = track.last.covariance;
   EXPECT_EQ(P, P.transpose());
   EXPECT_GT(P.ldlt().vectorD().minCoeff(), 0.0);
-  // With the graph the pose is surer than the share of the registration that it believes.
-  const geometry::Mat6 believed =
-      b.settings.paper.registration_share * track.last.lidar_information;
-  EXPECT_GT((P.inverse() - believed).eigenvalues().real().minCoeff(),
-            -1e-6 * believed.diagonal().maxCoeff());
+  // With the graph the pose is more certain than from the assumed fraction of the registration.
+  const geometry::Mat6 assumed =
+      b.settings.paper.registration_fraction * track.last.lidar_information;
+  EXPECT_GT((P.inverse() - assumed).eigenvalues().real().minCoeff(),
+            -1e-6 * assumed.diagonal().maxCoeff());
 }
 
 TEST(PaperOdometry, gives_the_same_bytes_for_the_same_input) {
@@ -268,14 +268,14 @@ TEST(PaperOdometry, reports_a_start_in_motion) {
   for (double s = 0.0; s < 1.0; s += 0.005) odometry->add_imu(b.imu.sample(b.drive, s, rng));
   ScanResult r;
   for (double t_s = 0.1; t_s < 1.0; t_s += 0.1) {
-    r = odometry->process(sweep(b.room, b.drive, b.lidar, t_s, rng), executor, track.findings);
+    r = odometry->process(scan(b.room, b.drive, b.lidar, t_s, rng), executor, track.findings);
   }
   EXPECT_NE(r.state, TrackState::kWaiting);
   EXPECT_TRUE(has_finding(track.findings, "odometry.start_in_motion"));
 }
 
-// A corridor without ends: along it no point says anything, so the pose must stay at the guess,
-// which stands still.
+// A corridor without ends: no point constrains the pose along it, so it must stay at the guess,
+// which does not move.
 TEST(PaperOdometry, stays_at_the_prediction_along_a_blind_direction) {
   Bench b;
   b.room.low.x() = -1e4;
@@ -299,13 +299,13 @@ class PaperOdometryRubbish : public ::testing::Test {
     for (double s = 0.0; s < end_s; s += 0.005)
       odometry_->add_imu(b_.imu.sample(b_.drive, s, rng_));
     for (double t_s = 0.1; t_s < end_s - 0.01; t_s += 0.1) {
-      last_ = process(sweep(b_.room, b_.drive, b_.lidar, t_s, rng_));
+      last_ = process(scan(b_.room, b_.drive, b_.lidar, t_s, rng_));
     }
   }
 
   static sensor::LidarScan empty_scan(double end_s) {
     sensor::LidarScan scan;
-    scan.t_begin = Time::from_s(end_s - 0.1);
+    scan.t_start = Time::from_s(end_s - 0.1);
     scan.t_end = Time::from_s(end_s);
     scan.has_rings = true;
     scan.has_point_times = true;
@@ -328,7 +328,7 @@ class PaperOdometryRubbish : public ::testing::Test {
 
 TEST_F(PaperOdometryRubbish, waits_without_inertial_data) {
   EXPECT_EQ(process(empty_scan(0.1)).state, TrackState::kWaiting);
-  EXPECT_EQ(process(sweep(b_.room, b_.drive, b_.lidar, 0.2, rng_)).state, TrackState::kWaiting);
+  EXPECT_EQ(process(scan(b_.room, b_.drive, b_.lidar, 0.2, rng_)).state, TrackState::kWaiting);
 }
 
 TEST_F(PaperOdometryRubbish, predicts_through_empty_scans_and_goes_on) {
@@ -342,7 +342,7 @@ TEST_F(PaperOdometryRubbish, predicts_through_empty_scans_and_goes_on) {
     EXPECT_EQ(r.keyframe, nullptr);
     EXPECT_LT((r.T_odom_body.p - last_.T_odom_body.p).norm(), 0.02) << "it stands";
   }
-  EXPECT_EQ(process(sweep(b_.room, b_.drive, b_.lidar, 2.1, rng_)).state, TrackState::kGood);
+  EXPECT_EQ(process(scan(b_.room, b_.drive, b_.lidar, 2.1, rng_)).state, TrackState::kGood);
 }
 
 TEST_F(PaperOdometryRubbish, survives_scans_of_nonsense) {
@@ -365,7 +365,7 @@ TEST_F(PaperOdometryRubbish, survives_scans_of_nonsense) {
 TEST_F(PaperOdometryRubbish, survives_scans_that_do_not_move_on_in_time) {
   start_at_rest(1.5);
   const SE3 before = last_.T_odom_body;
-  const ScanResult r = process(sweep(b_.room, b_.drive, b_.lidar, 1.0, rng_));
+  const ScanResult r = process(scan(b_.room, b_.drive, b_.lidar, 1.0, rng_));
   EXPECT_EQ(r.state, TrackState::kPredicted);
   EXPECT_LT((r.T_odom_body.p - before.p).norm(), 1e-9);
 }
@@ -377,11 +377,11 @@ TEST_F(PaperOdometryRubbish, survives_inertial_nonsense) {
   start_at_rest(1.5);
   odometry_->add_imu({Time::from_s(0.5), Vec3::Constant(100.0), Vec3::Constant(1e6)});  // late
   EXPECT_EQ(last_.state, TrackState::kGood);
-  const ScanResult r = process(sweep(b_.room, b_.drive, b_.lidar, 1.5, rng_));
+  const ScanResult r = process(scan(b_.room, b_.drive, b_.lidar, 1.5, rng_));
   EXPECT_LT(r.T_odom_body.p.norm(), 0.05);
 }
 
-// Carried to another place with its eyes shut: the new place shares nothing with the map.
+// Moved without any data: the new place has nothing in common with the map.
 TEST_F(PaperOdometryRubbish, goes_on_in_a_place_that_fits_nothing) {
   b_.settings.paper.matches_min = 100;
   odometry_ = odometry_of(b_);
@@ -390,7 +390,7 @@ TEST_F(PaperOdometryRubbish, goes_on_in_a_place_that_fits_nothing) {
   for (double s = 1.5; s < 5.0; s += 0.005) odometry_->add_imu(b_.imu.sample(b_.drive, s, rng_));
   b_.room = {Vec3(-6.5, -5.5, -1.4), Vec3(7.5, 6.0, 2.7)};
   for (double t_s = 1.6; t_s < 4.9; t_s += 0.1) {
-    last_ = process(sweep(b_.room, b_.drive, b_.lidar, t_s, rng_));
+    last_ = process(scan(b_.room, b_.drive, b_.lidar, t_s, rng_));
     EXPECT_TRUE(last_.T_odom_body.p.allFinite());
   }
   EXPECT_EQ(last_.state, TrackState::kGood);

@@ -18,7 +18,7 @@
 namespace rali::odometry::paper {
 
 /// The paper's LiDAR-inertial odometry (section "LiDAR-inertial Odometry"): features, prediction by
-/// preintegration, registration, keyframes. What ranges make of a keyframe comes from a corrector.
+/// preintegration, registration, keyframes. A corrector applies ranges to keyframes.
 class PaperOdometry final : public Odometry {
  public:
   PaperOdometry(const OdometrySettings& settings, const sensor::Calibration& calibration,
@@ -42,7 +42,7 @@ class PaperOdometry final : public Odometry {
   [[nodiscard]] std::uint64_t state_hash() const override;
 
  private:
-  // Odom's z axis is the mean force of the start: its error is that of the tilt found there.
+  // Odom's z axis is the mean force of the start: its error is the tilt error of the start.
   [[nodiscard]] double tilt_variance() const {
     const double sigma_mps2 = started_at_rest_ ? 0.05 : 0.5;
     return sigma_mps2 * sigma_mps2;
@@ -57,13 +57,13 @@ class PaperOdometry final : public Odometry {
   void take_over(const RegistrationResult& done);
   void remember_open_error(const std::optional<geometry::Vec3>& open_before);
   void stand_if_standing(ScanResult& out);
-  void tell_if_lost(Time t, FindingList& findings);
+  void report_if_lost(Time t, FindingList& findings);
   void keep_prediction(const sensor::LidarScan& scan, FindingList& findings, ScanResult& out);
   void restart(const sensor::LidarScan& scan, FindingList& findings, ScanResult& out);
   [[nodiscard]] double keyframe_due_s() const;
   void keyframe_if_wanted(const sensor::LidarScan& scan, FindingList& findings, ScanResult& out);
   void take_move(const KeyframeMove& move, ScanResult& out);
-  void note(FindingList& findings, bool& said, const char* id, Time t, std::string text,
+  void note(FindingList& findings, bool& reported, const char* id, Time t, std::string text,
             std::string effect, std::string remedy);
 
   PaperSettings settings_;
@@ -82,26 +82,26 @@ class PaperOdometry final : public Odometry {
 
   std::vector<TimedPose> path_;  // of the body over the last prediction
   std::vector<TimedPose> lidar_path_;
-  BodyPoints cloud_lidar_;  // LiDAR frame at the end of the sweep
+  BodyPoints cloud_lidar_;  // LiDAR frame at the end of the scan
   PlanarFeatures features_;
   std::vector<geometry::Vec3> normals_body_;
   /// Of this scan, unit, in odom at the predicted pose.
   std::optional<geometry::Vec3> degenerate_odom_;
-  bool degenerate_ended_ = false;                       ///< with this scan
-  geometry::Mat6 covariance_ = geometry::Mat6::Zero();  // of this scan, the map's error in it
+  bool degenerate_ended_ = false;  ///< the degenerate stretch ended with this scan
+  geometry::Mat6 covariance_ = geometry::Mat6::Zero();  // of this scan, the map's error included
   MapError map_error_;
   Standing standing_;
   std::optional<geometry::SE3> stands_at_;
   imu::NoiseDensity inertial_noise_;
-  double told_lost_m_ = 0.0;  // sigma that was last reported
+  double reported_lost_m_ = 0.0;  // last sigma reported as a finding
   geometry::SE3 predicted_;
-  std::optional<geometry::SE3> told_before_;  // pose of the last scan
+  std::optional<geometry::SE3> reported_before_;  // pose of the last scan
   geometry::SE3 last_registered_;
   Time t_last_registered_;
   Time t_last_;
-  bool said_no_rings_ = false;
-  bool said_no_imu_ = false;
-  bool said_forgets_ = false;
+  bool reported_no_rings_ = false;
+  bool reported_no_imu_ = false;
+  bool reported_forgets_ = false;
 };
 
 }  // namespace rali::odometry::paper

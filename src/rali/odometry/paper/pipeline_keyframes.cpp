@@ -13,8 +13,8 @@ using geometry::SE3;
 using geometry::Vec3;
 using sensor::LidarScan;
 
-/// Where a degenerate stretch ends, a keyframe lets the ranges since the last one count. It need
-/// not wait so long.
+/// At the end of a degenerate stretch a keyframe applies the ranges since the last one, so it is
+/// due earlier.
 double PaperOdometry::keyframe_due_s() const {
   constexpr double kAtEnd = 0.25;
   if (degenerate_ended_) return kAtEnd * settings_.keyframe_s;
@@ -31,9 +31,9 @@ void PaperOdometry::keyframe_if_wanted(const LidarScan& scan, FindingList& findi
     const KeyframeInertia inertia{predicted_, guess_.motion(),
                                   has_imu_ ? guess_.since_keyframe() : nullptr};
     if (const auto move = corrector_->at_keyframe(out, inertia)) take_move(*move, out);
-    guess_.begin_keyframe();
+    guess_.start_keyframe();
   }
-  map_error_.add_keyframe(out.T_odom_body, settings_.registration_share * out.lidar_information);
+  map_error_.add_keyframe(out.T_odom_body, settings_.registration_fraction * out.lidar_information);
   out.keyframe = keyframer_.make(scan, cloud_lidar_, extractor_.thinned(), out);
   std::vector<PointNormal> stored;
   stored.reserve(features_.size());
@@ -46,7 +46,7 @@ void PaperOdometry::keyframe_if_wanted(const LidarScan& scan, FindingList& findi
   }
   submap_.add_keyframe(out.T_odom_body, std::move(stored));
   if (submap_.forgotten() > 0) {
-    note(findings, said_forgets_, "odometry.keyframes_full", scan.t_end,
+    note(findings, reported_forgets_, "odometry.keyframes_full", scan.t_end,
          fmt::format("more than {} keyframes: the oldest leave the odometry's map",
                      settings_.keyframes_kept_max),
          "places seen first are new when they are seen again",
@@ -73,17 +73,17 @@ void PaperOdometry::take_move(const KeyframeMove& move, ScanResult& out) {
   out.v_odom_mps = guess_.v_odom_body_mps();
 }
 
-/// Once when the position is not known any more, and again whenever it is four times worse.
-void PaperOdometry::tell_if_lost(Time t, FindingList& findings) {
+/// Reports once when the position is lost, and again whenever it is four times worse.
+void PaperOdometry::report_if_lost(Time t, FindingList& findings) {
   constexpr double kWorse = 4.0;
   constexpr double kBetter = 0.5;
   const Eigen::SelfAdjointEigenSolver<geometry::Mat3> solver(
       geometry::Mat3(covariance_.bottomRightCorner<3, 3>()), Eigen::EigenvaluesOnly);
   const double sigma_m = std::sqrt(std::max(0.0, solver.eigenvalues().z()));
-  if (sigma_m < kBetter * settings_.lost_m) told_lost_m_ = 0.0;
-  const double limit_m = std::max(settings_.lost_m, kWorse * told_lost_m_);
+  if (sigma_m < kBetter * settings_.lost_m) reported_lost_m_ = 0.0;
+  const double limit_m = std::max(settings_.lost_m, kWorse * reported_lost_m_);
   if (!(sigma_m > limit_m)) return;
-  told_lost_m_ = sigma_m;
+  reported_lost_m_ = sigma_m;
   Finding f;
   f.id = "odometry.lost";
   f.severity = Severity::kError;
@@ -102,10 +102,10 @@ void PaperOdometry::tell_if_lost(Time t, FindingList& findings) {
   findings.push_back(std::move(f));
 }
 
-void PaperOdometry::note(FindingList& findings, bool& said, const char* id, Time t,
+void PaperOdometry::note(FindingList& findings, bool& reported, const char* id, Time t,
                          std::string text, std::string effect, std::string remedy) {
-  if (said) return;
-  said = true;
+  if (reported) return;
+  reported = true;
   Finding f;
   f.id = id;
   f.t = t;

@@ -17,9 +17,9 @@ using paper::testing::Drive;
 using paper::testing::Imu;
 using paper::testing::Lidar;
 using paper::testing::Room;
-using paper::testing::sweep;
+using paper::testing::scan;
 
-/// Says that the LiDAR does not constrain x, whatever the normals are, and moves nothing.
+/// Reports x as unconstrained by the LiDAR, whatever the normals, and corrects nothing.
 struct DegenerateAlongX final : KeyframeCorrector {
   std::optional<Vec3> degenerate_direction(std::span<const Vec3> /*normals_body*/,
                                            const Vec3& /*up_body*/) const override {
@@ -52,7 +52,7 @@ Trip run(Odometry& odometry, const Room& room, const Lidar& lidar, const Drive& 
   for (double t_s = 0.1; t_s < end_s; t_s += 0.1) {
     for (; imu_s <= t_s + 0.0051; imu_s += 0.005) odometry.add_imu(imu.sample(drive, imu_s, rng));
     const ScanResult r =
-        odometry.process(sweep(room, drive, lidar, t_s, rng), executor, trip.findings);
+        odometry.process(scan(room, drive, lidar, t_s, rng), executor, trip.findings);
     if (r.state == TrackState::kWaiting) continue;
     if (t_s > drive.rest_s) {
       trip.driving += r.at_rest ? 0 : 1;
@@ -79,7 +79,7 @@ Lidar lidar_of_32_rings() {
 }
 
 TEST(PaperPipeline, says_that_the_vehicle_stands_while_it_does) {
-  // Without that nobody takes it for an anchor, and every range to it is refused.
+  // Otherwise the vehicle is never used as an anchor, and every range to it is refused.
   const Lidar lidar = lidar_of_32_rings();
   const auto odometry = odometry_for(lidar);
   Drive drive;

@@ -38,7 +38,7 @@ std::uint64_t cell_index(float v) {
 
 Vec3f difference(const float* a, const float* b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 
-// Not Eigen's cross(): that needs <Eigen/Geometry>, and this is the whole of what is used.
+// Not Eigen's cross(): that needs <Eigen/Geometry>, for this function alone.
 Vec3f cross(const Vec3f& a, const Vec3f& b) {
   return {a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(),
           a.x() * b.y() - a.y() * b.x()};
@@ -67,7 +67,7 @@ void PlanarFeatureExtractor::extract(const PointsView& points,
   }
 }
 
-// All points ring by ring, in the order of measurement within each; how many rings there are.
+// All points ring by ring, in the order of measurement within each. Returns the number of rings.
 std::size_t PlanarFeatureExtractor::sort_by_ring(const PointsView& points) {
   const std::size_t n = points.size();
   std::uint16_t ring_max = 0;
@@ -83,7 +83,7 @@ std::size_t PlanarFeatureExtractor::sort_by_ring(const PointsView& points) {
   return rings;
 }
 
-// Adds a cube to the table; false if it is there. Keys are never 0.
+// Adds a cube to the table; false if it is already there. Keys are never 0.
 bool PlanarFeatureExtractor::add_cell(std::uint64_t key) {
   const std::size_t mask = cells_.size() - 1;
   const auto shift = static_cast<unsigned>(64 - std::countr_zero(cells_.size()));
@@ -102,11 +102,11 @@ void PlanarFeatureExtractor::grow_cells() {
   }
 }
 
-// One point per cube: of all its points the first in the order (ring, order of measurement).
-// Ring by ring, because then neighbouring cubes keep points of one and the same ring.
+// One point per cube: the first of its points in the order (ring, order of measurement). Ring by
+// ring, because then neighbouring cubes keep points of the same ring.
 void PlanarFeatureExtractor::thin(const PointsView& points, float cell_m) {
   const std::size_t rings = sort_by_ring(points);
-  // As large as the last scan needed: a table for as many cubes as points would not fit the cache.
+  // Sized by the last scan: a table for as many cubes as points would not fit the cache.
   cells_.assign(std::bit_ceil(std::max<std::size_t>(2 * kept_.size(), 1024)), 0);
   kept_.clear();
   ring_begin_.assign(rings + 1, 0);
@@ -116,7 +116,7 @@ void PlanarFeatureExtractor::thin(const PointsView& points, float cell_m) {
     const float cx = points.x_m[i] * inverse;
     const float cy = points.y_m[i] * inverse;
     const float cz = points.z_m[i] * inverse;
-    // Written so that not-a-number fails.
+    // Written so that NaN fails.
     if (!(std::abs(cx) < kCellsMax && std::abs(cy) < kCellsMax && std::abs(cz) < kCellsMax)) {
       continue;
     }
@@ -157,7 +157,7 @@ void PlanarFeatureExtractor::order_rings(const PointsView& points) {
   }
 }
 
-// Of the two points of the ring beside the azimuth of `at` the nearer one.
+// The nearer of the two points of the ring that enclose the azimuth of `at`.
 PlanarFeatureExtractor::Link PlanarFeatureExtractor::nearest_on_ring(std::size_t ring,
                                                                      const Node& at) const {
   const std::uint32_t begin = ring_begin_[ring];
@@ -175,8 +175,8 @@ PlanarFeatureExtractor::Link PlanarFeatureExtractor::nearest_on_ring(std::size_t
 const PlanarFeatureExtractor::Node* PlanarFeatureExtractor::nearest_ring_neighbour(
     std::size_t ring, int step, const Node& at, float radius2) const {
   const auto rings = static_cast<std::ptrdiff_t>(ring_begin_.size()) - 1;
-  // Thinning takes whole rings away where they are denser than the cubes: the nearest ring that is
-  // left may be several further. A quarter of a fan is where looking on is hopeless.
+  // Thinning removes whole rings where they are denser than the cubes, so the nearest remaining
+  // ring may be several further. Beyond a quarter of the rings no neighbour is expected.
   const std::ptrdiff_t reach = std::max<std::ptrdiff_t>(8, rings / 4);
   auto r = static_cast<std::ptrdiff_t>(ring) + step;
   for (std::ptrdiff_t tried = 0; tried < reach && r >= 0 && r < rings; ++tried, r += step) {

@@ -28,7 +28,7 @@ struct PlanarFeatureSettings {
 /// Planar points with their normals, in the frame of the input.
 struct PlanarFeatures {
   std::vector<float> x_m, y_m, z_m;
-  std::vector<float> nx, ny, nz;     ///< unit, turned to the sensor: n . p < 0
+  std::vector<float> nx, ny, nz;     ///< unit, oriented towards the sensor: n . p < 0
   std::vector<std::uint8_t> turned;  ///< 1 if the cross products pointed away from the sensor
 
   [[nodiscard]] std::size_t size() const { return x_m.size(); }
@@ -36,17 +36,17 @@ struct PlanarFeatures {
   void clear();
 };
 
-/// Finds planar points by the rule of the ring neighbours. Keeps its memory between scans.
+/// Extracts planar points by the rule of the ring neighbours. Reuses its memory between scans.
 ///
 /// The cloud is thinned to one measured point per cube of downsample_m. A thinned point is planar
-/// if it has a neighbour on each side on its own ring, one on a ring above and one on a ring below
-/// (the nearest rings that have one), all within 2 downsample_m, and if the normals n_G, n_O of the
-/// upper and the lower half agree within theta_planar_deg. Points of the highest and the lowest
-/// ring are never planar.
+/// under two conditions. It has a neighbour on each side on its own ring, one on a ring above and
+/// one on a ring below (the nearest rings with one), all within 2 downsample_m. The normals n_G,
+/// n_O of the upper and the lower half agree within theta_planar_deg. Points of the highest and the
+/// lowest ring are never planar.
 /// Source: paper, section "Feature Extraction"; algorithms.md 2.1.
 class PlanarFeatureExtractor {
  public:
-  /// Points that are not finite or further than 2^19 downsample_m away are left out.
+  /// Points that are not finite or further than 2^19 downsample_m away are ignored.
   void extract(const PointsView& points, const PlanarFeatureSettings& settings,
                PlanarFeatures& out);
 
@@ -78,15 +78,15 @@ class PlanarFeatureExtractor {
 
   std::vector<std::uint32_t> by_ring_;  // all points, ring by ring
   std::vector<std::uint32_t> ring_cursor_;
-  std::vector<std::uint64_t> cells_;  // open addressing, at most half full: cells that have a point
-  std::vector<std::uint32_t> kept_;   // thinned points, sorted by ring and azimuth
-  std::vector<Node> nodes_;           // beside kept_
-  std::vector<std::uint32_t> ring_begin_;  // of nodes_, one more than rings
-  std::vector<std::uint32_t> bin_begin_;   // of nodes_, per ring and azimuth bin
+  std::vector<std::uint64_t> cells_;       // open addressing, at most half full: occupied cubes
+  std::vector<std::uint32_t> kept_;        // thinned points, sorted by ring and azimuth
+  std::vector<Node> nodes_;                // parallel to kept_
+  std::vector<std::uint32_t> ring_begin_;  // into nodes_, one more than rings
+  std::vector<std::uint32_t> bin_begin_;   // into nodes_, per ring and azimuth bin
   std::vector<std::pair<float, std::uint32_t>> order_;
 };
 
-/// The same for a caller without an extractor of its own.
+/// The same without an extractor to reuse.
 void extract_planar_features(const sensor::LidarScan& scan, const PlanarFeatureSettings& settings,
                              PlanarFeatures& out);
 

@@ -24,7 +24,7 @@ void add(LidarScan& scan, float x, float y, float z, int ring) {
 Vec3f normal(const PlanarFeatures& f, std::size_t i) { return {f.nx[i], f.ny[i], f.nz[i]}; }
 
 // Five points on the wall x = 5: one candidate, its two ring neighbours, one above, one below.
-// Each lies in a cube of its own.
+// Each lies in its own cube.
 LidarScan five_points() {
   LidarScan scan;
   add(scan, 5.1F, 0.1F, -0.3F, 0);
@@ -114,7 +114,7 @@ TEST(PlanarFeatures, neighbours_join_across_the_seam_of_the_azimuth) {
   EXPECT_EQ(features_of(scan).size(), 7U);  // all of the middle ring but its two ends
 }
 
-// A 16-ring scan inside a box: every feature lies on a wall, floor or ceiling and has its normal.
+// A 16-ring scan in a box: every feature lies on a wall, floor or ceiling and has its normal.
 LidarScan box_scan(float noise_m, float half_x = 4.0F, float half_y = 3.0F, float low = -0.8F,
                    float high = 2.0F) {
   LidarScan scan;
@@ -135,9 +135,9 @@ LidarScan box_scan(float noise_m, float half_x = 4.0F, float half_y = 3.0F, floa
   return scan;
 }
 
-// The side of the box that p lies on, none within 0.4 m of an edge: there the chord spans both
-// sides, and as both cross products share it they agree on a wrong normal. The paper's rule does
-// not see upright edges.
+// The side of the box that p lies on, none within 0.4 m of an edge. There the chord spans both
+// sides, and as both cross products contain it they agree on a wrong normal: the paper's rule does
+// not detect vertical edges.
 Vec3f side_normal(const Vec3f& p) {
   const Vec3f to_side(4.0F - std::abs(p.x()), 3.0F - std::abs(p.y()),
                       std::min(2.0F - p.z(), p.z() + 0.8F));

@@ -24,7 +24,7 @@ std::int32_t floor_of(float v) {
 
 bool PointGrid::index_of(const Vec3f& p, Index3& out) const {
   const Vec3f c = p * inverse_;
-  // Written so that not-a-number fails.
+  // Written so that NaN fails.
   if (!(std::abs(c.x()) < kIndexMax && std::abs(c.y()) < kIndexMax &&
         std::abs(c.z()) < kIndexMax)) {
     return false;

@@ -8,17 +8,17 @@
 
 namespace rali::odometry::paper {
 
-/// A point with its normal; zero where it has none.
+/// A point with its normal; zero without normal.
 struct PointNormal {
   geometry::Vec3f p = geometry::Vec3f::Zero();
   geometry::Vec3f n = geometry::Vec3f::Zero();
 };
 
-/// Points sorted into cubes, for all neighbours within one fixed radius. Flat and rebuilt whole.
+/// Points sorted into cubes, for all neighbours within one fixed radius. Flat, rebuilt as a whole.
 class PointGrid {
  public:
   /// Sorts `points` into cubes with the radius as edge. Points that are not finite or further than
-  /// 2^20 radii from the origin are left out.
+  /// 2^20 radii from the origin are ignored.
   void build(std::span<const PointNormal> points, float radius_m);
 
   /// Calls f(const PointNormal&) for each point nearer than the radius, in a fixed order.

@@ -22,19 +22,19 @@ namespace {
 
 constexpr double kStopM = 1e-3;                               // algorithms.md 2.1
 constexpr double kStopRad = 0.01 * std::numbers::pi / 180.0;  // algorithms.md 2.1
-constexpr double kSigmaFloorM = 3e-3;  // no point is known better to its plane (2.3)
-constexpr double kDampingMax = 1e6;    // of a step, in units of the hold
+constexpr double kSigmaFloorM = 3e-3;  // lower bound of a point's distance sigma to its plane (2.3)
+constexpr double kDampingMax = 1e6;    // of a step, in units of the prior hold_
 constexpr std::size_t kBlock = 256;
-constexpr double kFirm = 1e3;           // times the largest information: along there nothing moves
+constexpr double kFirm = 1e3;  // times the largest information: fixes the pose in this direction
 constexpr double kSameDirection = 0.9;  // cosine
-constexpr double kPivotMin = 1e-9;      // relative; rotations known worse are not adapted
+constexpr double kPivotMin = 1e-9;      // relative; less observable rotations are not adapted
 
 Mat3 inverse_of_rotation(const Mat6& I) {
   const Eigen::SelfAdjointEigenSolver<Mat3> rotation(I.topLeftCorner<3, 3>());
   const Vec3& values = rotation.eigenvalues();
-  const double least = kPivotMin * std::max(values.z(), 0.0);
+  const double minimum = kPivotMin * std::max(values.z(), 0.0);
   Vec3 inverse = Vec3::Zero();
-  for (int k = 0; k < 3; ++k) inverse(k) = values(k) > least ? 1.0 / values(k) : 0.0;
+  for (int k = 0; k < 3; ++k) inverse(k) = values(k) > minimum ? 1.0 / values(k) : 0.0;
   return rotation.eigenvectors() * inverse.asDiagonal() * rotation.eigenvectors().transpose();
 }
 
@@ -54,7 +54,7 @@ PlaneResidual plane_residual(const SE3& T_odom_body, const Vec3& p_body, const V
 std::optional<Vec3> weakest_translation(const Mat6& I, const Vec3& near) {
   const Mat3 I_pr = I.bottomLeftCorner<3, 3>();
   const Mat3 I_t = I.bottomRightCorner<3, 3>() - I_pr * inverse_of_rotation(I) * I_pr.transpose();
-  // Only what lies in the plane of `near` and across it within the horizontal can be meant; the
+  // Only directions in the horizontal plane spanned by `near` and `across` are candidates; the
   // vertical is weak too where few normals point up.
   const Vec3 up = Vec3::UnitZ();
   const Vec3 across = up.cross(near).normalized();
@@ -69,7 +69,7 @@ std::optional<Vec3> weakest_translation(const Mat6& I, const Vec3& near) {
 }
 
 void remove_translation(Mat6& I, Vec6& b, const Vec3& direction) {
-  // The rotations that go with the translation, as they lower its cost most.
+  // The rotations coupled to the translation, chosen to lower its cost most.
   Vec6 u;
   u << -(inverse_of_rotation(I) * I.topRightCorner<3, 3>() * direction), direction;
   const Vec6 Iu = I * u;
@@ -139,10 +139,10 @@ double Registration::cost(const SE3& T) const {
   return sum;
 }
 
-// The damping holds the pose at the initial guess with a small share of the information of the best
-// known direction: where matches say something they win, where normals are only noise the guess
-// does. About the guess, not about the last iteration, because ten damped iterations go all the
-// way.
+// The damping is a prior at the initial guess with a small fraction of the information of the best
+// constrained direction. Where matches are informative they dominate; where normals are only noise
+// the guess does. It is about the guess, not the last iterate, because ten damped iterations would
+// still reach the minimum of the matches.
 void Registration::hold(const Mat6& H, const SE3& guess) {
   guess_ = guess;
   const double translation = H.diagonal().tail<3>().maxCoeff();
@@ -160,7 +160,7 @@ double Registration::hold_cost(const SE3& T) const {
   return 0.5 * d.dot(hold_ * d);
 }
 
-// One accepted step with the planes held, or false.
+// One accepted step with fixed planes, or false.
 bool Registration::step(const NormalEquations& equations, SE3& T, double& damping,
                         Vec6& taken) const {
   const Vec6 from_guess = geometry::boxminus(T, guess_);
@@ -188,7 +188,7 @@ void Registration::finish(const NormalEquations& equations, RegistrationResult& 
   if (unit_variance <= 0.0) return;
   out.residual_rms_m = std::sqrt(equations.sum_wr2 / equations.sum_w);
   out.information = equations.H / unit_variance;
-  // The held minimum x solves H (x - x_matches) + D (x - guess) = 0.
+  // The minimum x with the prior solves H (x - x_matches) + D (x - guess) = 0.
   const Vec6 moved = geometry::boxminus(out.T_odom_body, guess_);
   out.pull = (equations.H * moved + hold_ * moved) / unit_variance;
   if (degenerate_odom_) {

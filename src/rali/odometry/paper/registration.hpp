@@ -25,14 +25,15 @@ struct PlaneResidual {
                                            const geometry::Vec3& q_odom,
                                            const geometry::Vec3& n_odom);
 
-/// The horizontal direction of translation about which a Gauss-Newton system says least, rotations
-/// left free; nothing if it is more than 25 degrees off `near` (unit, horizontal, in odom).
+/// The horizontal direction of translation with the least information in a Gauss-Newton system,
+/// rotations left free; nothing if it is more than 25 degrees off `near` (unit, horizontal, in
+/// odom).
 [[nodiscard]] std::optional<geometry::Vec3> weakest_translation(const geometry::Mat6& I,
                                                                 const geometry::Vec3& near);
 
-/// Takes what a Gauss-Newton system claims about a translation out of it: afterwards the system is
-/// open along `direction` with the rotations that go with it, and what is I-orthogonal to that is
-/// untouched; I stays positive semidefinite. Source: algorithms 2.4, with J = 0.
+/// Removes the information of a Gauss-Newton system on a translation. Afterwards the system is
+/// unconstrained along `direction` with the coupled rotations. Directions that are I-orthogonal to
+/// it are unchanged; I stays positive semidefinite. Source: algorithms 2.4, with J = 0.
 /// @param I,b boxplus order; @param direction unit, in odom
 void remove_translation(geometry::Mat6& I, geometry::Vec6& b, const geometry::Vec3& direction);
 
@@ -45,7 +46,7 @@ struct RegistrationResult {
   double residual_rms_m = 0.0;  ///< weighted
   /// Weighted Hessian divided by the variance of unit weight; boxplus order.
   geometry::Mat6 information = geometry::Mat6::Zero();
-  /// information * (minimum of the matches alone [-] guess): what the hold kept back is in it.
+  /// information * (minimum of the matches alone [-] guess): the effect of the prior is removed.
   geometry::Vec6 pull = geometry::Vec6::Zero();
 };
 
@@ -55,21 +56,22 @@ class Registration {
  public:
   explicit Registration(const PaperSettings& settings) : settings_(settings) {}
 
-  /// The next align() holds the pose at its guess along the degenerate direction, horizontal, unit,
-  /// in odom, and claims no information along it. The normals give it to a degree or so; what is
-  /// held is the weakest direction of the matches near it: a degree beside it the walls are known.
+  /// The next align() keeps the pose at its guess along the degenerate direction (horizontal, unit,
+  /// in odom) and returns no information along it. Normals give this direction to about a degree,
+  /// but a degree off it the walls constrain the pose. Hence the weakest direction of the matches
+  /// near it is used.
   void hold_along(const std::optional<geometry::Vec3>& direction_odom) {
     degenerate_odom_ = direction_odom;
   }
 
-  /// @param features in the LiDAR frame at the time of the pose sought
-  /// @param guess pose to start from; along directions that no match constrains it stays there
+  /// @param features in the LiDAR frame at the time of the pose to estimate
+  /// @param guess initial pose; along directions that no match constrains it is kept
   /// @param turning the kinematic weight is on
   RegistrationResult align(const PlanarFeatures& features, const geometry::SE3& T_body_lidar,
                            const geometry::SE3& guess, bool turning, const Submap& map,
                            Executor& executor);
 
-  /// One entry per match of the last call: the planes overlap, so they are not independent.
+  /// One entry per match of the last call; matches with overlapping planes are not independent.
   [[nodiscard]] std::span<const degeneracy::PlaneEvidence> evidence() const { return evidence_; }
 
  private:
@@ -106,7 +108,7 @@ class Registration {
   double q2_m_ = 0.0;
   double q3_m_ = 0.0;
   geometry::SE3 guess_;
-  geometry::Mat6 hold_ = geometry::Mat6::Zero();  ///< information that holds the pose at the guess
+  geometry::Mat6 hold_ = geometry::Mat6::Zero();  ///< information of the prior at the guess
   std::optional<geometry::Vec3> degenerate_odom_;
   std::vector<degeneracy::PlaneEvidence> evidence_;
 };

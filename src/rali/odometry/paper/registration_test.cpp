@@ -89,7 +89,7 @@ TEST(Registration, finds_back_to_the_pose_of_a_corner) {
   const RegistrationResult r = registration.align(corner.features, {}, guess, false, map, executor);
   EXPECT_TRUE(r.matched);
   EXPECT_TRUE(r.converged);
-  EXPECT_LT(r.T_odom_body.p.norm(), 2e-3);  // one percent of the guess is kept on purpose
+  EXPECT_LT(r.T_odom_body.p.norm(), 2e-3);  // one percent of the guess is kept by design
   EXPECT_LT(geometry::so3_log(r.T_odom_body.R).norm(), 1e-3);
   EXPECT_LE(r.iterations, 10);
   EXPECT_EQ(static_cast<int>(registration.evidence().size()), r.matches);
@@ -127,7 +127,7 @@ TEST(Registration, says_unmatched_and_keeps_the_guess_without_features_or_map) {
   }
 }
 
-// Scaling all weights must change neither pose nor claimed information (finding F10).
+// Scaling all weights must change neither the pose nor its information (finding F10).
 TEST(Registration, does_not_depend_on_the_scale_of_the_weights) {
   const Corner corner;
   const Submap map = corner.submap();
@@ -238,7 +238,7 @@ TEST(DegenerateTranslation, is_taken_out_and_leaves_the_rest) {
 }
 
 TEST(DegenerateTranslation, is_the_weakest_near_the_normals_direction_not_that_itself) {
-  // Walls hold the direction 2 degrees off y by 1e4, noise gives 10: taken out along x itself,
+  // Walls constrain the direction 2 degrees off y by 1e4, noise gives 10. If x itself were removed,
   // nothing of the walls would be left.
   const Vec3 wall(-std::sin(0.035), std::cos(0.035), 0.0);
   const Vec3 along(std::cos(0.035), std::sin(0.035), 0.0);

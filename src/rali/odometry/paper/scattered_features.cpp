@@ -13,8 +13,8 @@ using geometry::Vec3f;
 namespace {
 
 constexpr int kNeighboursMin = 6;
-constexpr double kLineRatioMax = 0.1;    // second to first eigenvalue: less is a line
-constexpr double kThickRatioMax = 0.02;  // third to second eigenvalue: more is no plane
+constexpr double kLineRatioMax = 0.1;    // second to first eigenvalue: below, it is a line
+constexpr double kThickRatioMax = 0.02;  // third to second eigenvalue: above, it is no plane
 
 bool plane_normal(const PointGrid& grid, const Vec3f& query, Vec3& n) {
   Vec3 sum = Vec3::Zero();

@@ -7,8 +7,8 @@
 
 namespace rali::odometry::paper {
 
-/// Planar points of a cloud without rings: the normal is the least direction of the thinned points
-/// within 3 downsample_m. Not the paper's rule, which needs rings; for sensors that give none.
+/// Planar points of a cloud without rings: the normal is the direction of least spread of the
+/// thinned points within 3 downsample_m. The paper's rule needs rings; this is for sensors without.
 class ScatteredFeatureExtractor {
  public:
   /// @param candidates indices into `points`, thinned

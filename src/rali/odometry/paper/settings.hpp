@@ -24,9 +24,9 @@ inline constexpr ChoiceNames<2> kRotationAngleNames{"full", "half"};
 enum class PaperBackEnd { kGraph, kObserver };
 inline constexpr ChoiceNames<2> kPaperBackEndNames{"graph", "observer"};
 
-/// Where the pose along the degenerate direction comes from, before ranges.
+/// Source of the pose along the degenerate direction, before ranges are used.
 enum class PaperDegenerateStep {
-  kPredicted,  ///< from the prediction: normals' noise must not count as information
+  kPredicted,  ///< from the prediction: noise of normals must not count as information
   kRegistered  ///< from the registration, as printed
 };
 inline constexpr ChoiceNames<2> kPaperDegenerateStepNames{"predicted", "registered"};
@@ -34,8 +34,8 @@ inline constexpr ChoiceNames<2> kPaperDegenerateStepNames{"predicted", "register
 enum class WeightPlace { kInside, kOutside };
 inline constexpr ChoiceNames<2> kWeightPlaceNames{"inside", "outside"};
 
-/// Settings of preset `paper`: every ambiguity of the text (algorithms.md table 0.2) and what the
-/// text needs but does not name.
+/// Settings of preset `paper`: every ambiguity of the text (algorithms.md table 0.2) and the values
+/// that the text needs but does not state.
 struct PaperSettings {
   bool literal = false;
 
@@ -64,7 +64,7 @@ struct PaperSettings {
   int iterations_max = 10;
   double damping = 0.01;
   PaperBackEnd back_end = PaperBackEnd::kGraph;
-  double registration_share = 0.05;
+  double registration_fraction = 0.05;
   double velocity_gain = 0.5;
   double bias_gain = 0.01;
   int matches_min = 20;
@@ -105,7 +105,7 @@ struct PaperSettings {
       "pull to the initial guess, as a fraction of the largest information");
     v.choice("back_end", back_end, kPaperBackEndNames,
              "registration and IMU joined by the local graph, or registration alone");
-    v("registration_fraction", registration_share, 1e-4, 1.0,
+    v("registration_fraction", registration_fraction, 1e-4, 1.0,
       "fraction of a registration's information in the graph: matches have common errors");
     v("velocity_gain", velocity_gain, 0.0, 1.0,
       "observer: fraction of the registered velocity in the state");
@@ -115,7 +115,7 @@ struct PaperSettings {
     v("keyframes_kept_max", keyframes_kept_max, 2, 1000000, "older keyframes leave the memory");
   }
 
-  /// The settings with `literal` resolved into the readings it stands for.
+  /// The settings with `literal` replaced by the readings that it selects.
   [[nodiscard]] PaperSettings resolved() const {
     PaperSettings out = *this;
     if (!literal) return out;

@@ -9,13 +9,14 @@
 namespace rali::odometry::paper {
 namespace {
 
-/// Farther than a single registration errs where the LiDAR constrains the pose.
+/// Larger than the error of a single registration where the LiDAR constrains the pose.
 constexpr double kLeaves_m = 0.1;
 constexpr double kLeaves_rad = 1.0 * std::numbers::pi / 180.0;
-/// Whether it stands on is decided here: where the detector holds longer, a start is missed.
+/// This class decides whether standstill continues, so the detector may end it often. A detector
+/// that keeps it longer would miss a start.
 constexpr double kFalseStartsPerHour = std::numeric_limits<double>::infinity();
 
-/// The LiDAR sees the vehicle away from its place.
+/// The LiDAR shows the vehicle away from its standstill pose.
 bool has_left(const geometry::SE3& T_odom_body, const geometry::SE3& T_odom_body_held,
               const std::optional<geometry::Vec3>& degenerate_odom) {
   geometry::Vec3 moved_m = T_odom_body.p - T_odom_body_held.p;
@@ -24,7 +25,7 @@ bool has_left(const geometry::SE3& T_odom_body, const geometry::SE3& T_odom_body
   return !(moved_m.norm() < kLeaves_m && geometry::so3_log(turned).norm() < kLeaves_rad);
 }
 
-/// The local graph's estimate in the filter's order, of the IMU itself, whose samples are tested.
+/// The local graph's estimate in the filter's order, for the IMU frame, whose samples are tested.
 FilterState filter_state(Time t, const InertialGuess& guess) {
   constexpr std::array<int, 5> kOfGraph{kTheta, kVel, kPos, kGyroBias, kAccelBias};
   FilterState state;

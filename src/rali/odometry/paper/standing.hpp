@@ -9,11 +9,11 @@
 
 namespace rali::odometry::paper {
 
-/// Whether the vehicle stands: the paper's anchor is stationary, a recording does not say which
+/// Standstill detection: the paper's anchor is stationary, but a recording does not state which
 /// vehicle is the anchor. Standstill starts as in preset robust, by inertial samples and the
-/// LiDAR's poses. It ends when the inertial sensor measures driving, or when the LiDAR sees the
-/// vehicle leave its place. Tests of the mean rate and force must not end it: one in a hundred
-/// windows fails them by chance, and in a tunnel each release costs centimetres along the axis.
+/// LiDAR's poses. It ends when the inertial sensor measures driving, or when the LiDAR shows the
+/// vehicle elsewhere. Tests of the mean rate and force must not end it: one in a hundred windows
+/// fails them by chance, and in a tunnel each release costs centimetres along the axis.
 class Standing {
  public:
   Standing(const RobustSettings& settings, double gyro_radps_rthz);
@@ -21,12 +21,12 @@ class Standing {
   /// Samples in time order, in rad/s and m/s^2.
   void add(const sensor::ImuSample& sample);
 
-  /// The wheels stood from `begin` to `end`: that is what the sensor measures then.
+  /// Standstill lasted from `begin` to `end`: learns the sensor's statistics at standstill.
   void learn(Time begin, Time end);
 
-  /// Call after each scan, with the pose that its registration gave.
+  /// Call after each scan, with the registered pose.
   /// @param degenerate_odom unit direction that the LiDAR does not constrain
-  /// @param T_odom_body_held pose at which the vehicle stood before this scan
+  /// @param T_odom_body_held standstill pose before this scan
   [[nodiscard]] bool update(Time t, const InertialGuess& guess,
                             const std::optional<geometry::Vec3>& degenerate_odom,
                             const std::optional<geometry::SE3>& T_odom_body_held);

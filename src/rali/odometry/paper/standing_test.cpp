@@ -14,7 +14,7 @@ using geometry::Vec3;
 constexpr double kGyroNoise = 5e-4;  // [rad/s/rtHz], 200 samples a second
 constexpr double kAccelNoise = 2e-3;
 
-/// A vehicle that stands; its IMU has white noise, its LiDAR sees it where `seen_m` says.
+/// A vehicle at standstill; its IMU has white noise, its LiDAR reports the position `seen_m`.
 struct Stand {
   explicit Stand(std::uint64_t seed, const SE3& T_body_imu = {})
       : rng(seed),
@@ -53,7 +53,7 @@ struct Stand {
     if (stands) {
       if (!held) {
         held = guess.T_odom_body();
-        guess.begin_standstill();
+        guess.start_standstill();
       }
       guess.stay(*held);
     } else {

@@ -36,7 +36,7 @@ void Submap::move_newest(std::span<const SE3> poses) {
     const SE3& T_new = poses[poses.size() - n + i];
     if (T.R == T_new.R && T.p == T_new.p) continue;
     T = T_new;
-    selected_.clear();  // the grid is built anew
+    selected_.clear();  // the grid is rebuilt
   }
 }
 

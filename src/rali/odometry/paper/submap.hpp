@@ -11,33 +11,33 @@
 
 namespace rali::odometry::paper {
 
-/// The plane that map points around a place make.
+/// Plane through the map points around a query point.
 struct LocalPlane {
   geometry::Vec3 centre_odom = geometry::Vec3::Zero();  ///< mean of the neighbours [m]
-  geometry::Vec3 n_odom = geometry::Vec3::Zero();       ///< unit, on the side of the query's normal
+  geometry::Vec3 n_odom = geometry::Vec3::Zero();       ///< unit, same side as the query's normal
   int neighbours = 0;
   double normal_variance = 0.0;  ///< of one tilt of the mean normal, from the scatter [rad^2]
 };
 
-/// Keyframes' features and the submap of those nearest to the vehicle.
+/// Features of the keyframes, and the submap of those nearest to the vehicle.
 /// Source: paper, section "Scan-to-Map Matching"; reading of the map normals: algorithms.md 2.1.
 class Submap {
  public:
-  /// @param radius_m neighbours of a place are nearer than this
-  /// @param normal_max_rad map points whose normal is further from the query's are no neighbours
+  /// @param radius_m neighbours of a query point are nearer than this
+  /// @param normal_max_rad map points whose normal differs more from the query's are ignored
   Submap(double radius_m, double normal_max_rad, int keyframes, int kept_max);
 
   /// Adds the features of a keyframe, given in the body frame.
   void add_keyframe(const geometry::SE3& T_odom_body, std::vector<PointNormal> features_body);
 
-  /// Puts the newest keyframes elsewhere. @param poses oldest first; what is more than kept is
-  /// ignored
+  /// Changes the poses of the newest keyframes. @param poses oldest first; poses beyond the stored
+  /// keyframes are ignored
   void move_newest(std::span<const geometry::SE3> poses);
 
-  /// Makes the keyframes nearest to p_odom the submap; cheap if they are already.
+  /// Makes the keyframes nearest to p_odom the submap; cheap if it does not change.
   void select_near(const geometry::Vec3& p_odom);
 
-  /// The plane at a place, seen with a unit normal n_odom; false with fewer than 3 neighbours.
+  /// The plane at a point observed with unit normal n_odom; false with fewer than 3 neighbours.
   [[nodiscard]] bool plane_at(const geometry::Vec3& p_odom, const geometry::Vec3& n_odom,
                               LocalPlane& out) const;
 
@@ -66,7 +66,7 @@ class Submap {
   std::uint64_t next_number_ = 0;
   std::uint64_t forgotten_ = 0;
 
-  std::vector<std::uint64_t> selected_;  ///< numbers, ascending
+  std::vector<std::uint64_t> selected_;  ///< keyframe numbers, ascending
   std::vector<std::uint64_t> wanted_;
   std::vector<std::pair<double, std::uint64_t>> distances_;
   std::vector<PointNormal> gathered_;

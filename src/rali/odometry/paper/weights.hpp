@@ -13,18 +13,18 @@ struct RangeQuartiles {
   double q3_m = 0.0;
 };
 
-/// By nearest rank, as defined for measured values; zeros for no ranges. `ranges_m` is reordered.
+/// By nearest rank, which is defined for samples; zeros without ranges. `ranges_m` is reordered.
 [[nodiscard]] RangeQuartiles range_quartiles(std::vector<double>& ranges_m);
 
-/// Far points count more: a logistic curve with its middle at the median. 1 if all ranges are 0.
+/// Far points get more weight: a logistic curve centred at the median. 1 if all ranges are 0.
 /// Source: paper eq. (wr).
 [[nodiscard]] double range_weight(double range_m, const RangeQuartiles& quartiles);
 
-/// Share of the wanted number of neighbours, at most 1. Source: paper eq. (wn).
+/// Ratio of neighbours to the wanted number, at most 1. Source: paper eq. (wn).
 [[nodiscard]] double neighbour_weight(int neighbours, int wanted);
 
-/// Angle between ray and normal, by setting times the range. `p` is the point in the sensor's
-/// frame [m], `n` the plane's unit normal in the same frame.
+/// Angle between ray and normal, by setting times the range. `p` is the point in the sensor's frame
+/// [m], `n` the plane's unit normal in the same frame.
 /// Source: paper eq. (wk), upper case; readings kin_point, kin_abs, kin_scale (finding F6).
 [[nodiscard]] double kinematic_weight(const geometry::Vec3& p, const geometry::Vec3& n,
                                       const RangeQuartiles& quartiles,

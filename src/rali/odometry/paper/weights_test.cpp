@@ -48,7 +48,7 @@ TEST(PaperWeights, rotation_angle_as_printed_is_half_the_angle) {
 TEST(PaperWeights, raw_point_clamps_the_argument_instead_of_giving_nan) {
   PaperSettings s;
   s.kin_point = KinematicPoint::kRaw;
-  // <p, n> = 5: no arc cosine. Clamped to 1 the angle is 0.
+  // <p, n> = 5 has no arc cosine. Clamped to 1 the angle is 0.
   EXPECT_EQ(kinematic_weight(kPoint, kNormal, kQuartiles, s), 0.0);
   s.kin_abs = false;
   EXPECT_NEAR(kinematic_weight(kPoint, -kNormal, kQuartiles, s), std::numbers::pi * 10.0, 1e-9);
@@ -87,7 +87,7 @@ TEST(PaperWeights, quartiles_are_nearest_ranks) {
   EXPECT_EQ(range_quartiles(none).q3_m, 0.0);
 }
 
-// Finding F9: inside of rho the information grows with the square and the knee moves.
+// Finding F9: inside rho the information grows with the square of the weight and the knee moves.
 TEST(PaperWeights, inside_of_rho_acts_on_the_square_and_on_the_knee) {
   PaperSettings s;
   s.huber_m = 0.1;
@@ -99,7 +99,7 @@ TEST(PaperWeights, inside_of_rho_acts_on_the_square_and_on_the_knee) {
   EXPECT_NEAR(irls_weight(4.0, 0.05, s), 4.0, 1e-15);
 }
 
-// The weight is rho'(r)/r, or the steps do not go down the cost they are judged by.
+// The weight must be rho'(r)/r; otherwise the steps do not descend the cost that accepts them.
 TEST(PaperWeights, irls_weight_is_the_slope_of_the_cost) {
   for (const WeightPlace place : {WeightPlace::kInside, WeightPlace::kOutside}) {
     PaperSettings s;

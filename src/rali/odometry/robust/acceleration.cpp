@@ -9,7 +9,7 @@ using geometry::Vec3;
 namespace {
 
 constexpr double kSpan_s = 1.0;
-constexpr double kSpanMax_s = 1.6;  // scans are missing
+constexpr double kSpanMax_s = 1.6;  // longer: scans are missing
 
 }  // namespace
 

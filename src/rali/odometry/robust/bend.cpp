@@ -13,14 +13,14 @@ using geometry::Vec3;
 
 namespace {
 
-/// Scans of two seconds at 10 Hz: the planes are others then, the bend is the same.
+/// Averages over two seconds of scans at 10 Hz: the planes change in that time, the bend does not.
 constexpr double kGain = 0.05;
 
 Vec3 up_odom(const FilterState& state) { return -state.g_odom_mps2.normalized(); }
 
 Vec3 up_body(const FilterState& state) { return state.T_odom_body.R.transpose() * up_odom(state); }
 
-/// Rotation by translation along the axis.
+/// Rotation per translation along the axis.
 Mat3 turn_by_shift(const FilterState& state, const Vec3& axis_odom, double turn_radpm) {
   return turn_radpm * up_body(state) * axis_odom.transpose();
 }
@@ -48,7 +48,7 @@ StateCov Bend::jacobian(const FilterState& state) const {
   const Vec3 along_mps = axis_odom_.dot(state.v) * axis_odom_;
   J.block<3, 3>(kVel, kPos) =
       here_radpm_ * up_odom(state).cross(along_mps) * axis_odom_.transpose();
-  // The bias was fitted to the turn of the path as estimated: a faster vehicle turns faster.
+  // The bias was fitted to the rotation along the estimated path: a faster vehicle turns faster.
   J.block<3, 3>(kGyroBias, kVel) = -turn;
   return J;
 }
@@ -75,7 +75,7 @@ Mat6 Bend::turned_covariance(const FilterState& state) const {
   screw.tail<3>() = axis_odom_;
   const Mat6 straight = variance_m2 * screw * screw.transpose();
   screw.head<3>() = gathered_radpm_ * up_body(state);
-  // Two sigma along an arc end beside its tangent by four times this.
+  // At two sigma, the arc deviates from its tangent by four times this.
   geometry::Vec6 beside = geometry::Vec6::Zero();
   beside.tail<3>() = 0.5 * gathered_radpm_ * variance_m2 * up_odom(state).cross(axis_odom_);
   return variance_m2 * screw * screw.transpose() - straight + beside * beside.transpose();

@@ -14,7 +14,7 @@ using geometry::Vec6;
 
 constexpr double kBend_radpm = 1.0 / 300.0;  // to the left, driving along x
 
-/// Drives along x at 2 m/s, its position known to a metre along x.
+/// Drives along x at 2 m/s, with a position sigma of a metre along x.
 FilterState driving() {
   FilterState state;
   state.v = Vec3(2.0, 0.0, 0.0);
@@ -29,7 +29,7 @@ Bend bent(double radpm = kBend_radpm) {
   return bend;
 }
 
-/// A scan at the origin between two walls 3 m to either side, that turn by `radpm` per metre.
+/// A scan at the origin between two walls 3 m to either side, bent by `radpm` per metre.
 Mat6 scan_of_bent_walls(double radpm) {
   Mat6 I = Mat6::Zero();
   const Vec3 centre(0.0, 1.0 / radpm, 0.0);
@@ -72,7 +72,8 @@ TEST(Bend, an_error_that_came_about_in_two_bends_has_turned_by_both) {
   Bend bend;
   for (int k = 1; k <= 400; ++k) bend.follow(Vec3::UnitX(), 0.004, 1.0 * k / 400);
   for (int k = 1; k <= 400; ++k) bend.follow(Vec3::UnitX(), 0.0, 1.0 + 1.0 * k / 400);
-  // The first metre of the sigma turned by 4 mrad, the second by nothing (but for the mean's lag).
+  // The first metre of sigma has a bend of 4 mrad, the second has none (except the lag of the
+  // mean).
   EXPECT_NEAR(bend.gathered_radpm() * 2.0, 0.004, 3e-4);
   EXPECT_LT(bend.here_radpm(), 1e-6);
 }
@@ -96,7 +97,7 @@ TEST(Bend, a_faster_vehicle_turns_faster_than_the_bias_was_fitted_to) {
   StateVec delta = StateVec::Zero();
   delta[kVel] = 0.3;
   bent().move(state, delta);
-  // Measured less bias is what the bend makes of the speed.
+  // Measured rate minus bias is what the bend gives for the speed.
   EXPECT_NEAR(state.gyro_bias_radps.z(), -0.3 * kBend_radpm, 1e-12);
 }
 
@@ -116,7 +117,7 @@ TEST(Bend, who_does_not_know_the_position_does_not_know_the_heading) {
   const Mat6 P = bent().turned_covariance(driving());
   EXPECT_NEAR(std::sqrt(P(2, 2)), kBend_radpm, 1e-9);
   EXPECT_NEAR(P(2, 3), kBend_radpm, 1e-9);
-  EXPECT_NEAR(P(3, 3), 0.0, 1e-12);  // the filter has it
+  EXPECT_NEAR(P(3, 3), 0.0, 1e-12);  // already in the filter's covariance
   EXPECT_NEAR(std::sqrt(P(4, 4)), 0.5 * kBend_radpm, 1e-9) << "an arc ends beside its tangent";
 }
 

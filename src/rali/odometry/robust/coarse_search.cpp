@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::size_t kPointsMin = 50;
 
-/// How near the next recent point is: a dense cube of cells around the guess, each holding a
-/// value that falls from 255 at a point to 0 about one and a half cells away.
+/// Proximity of the recent points: a dense cube of cells around the guess, each with a value that
+/// falls from 255 at a point to 0 about one and a half cells away.
 class Nearness {
  public:
   Nearness(const Vec3& center_odom_m, double cell_m)
@@ -81,7 +81,7 @@ class Search {
   Search(const Nearness& nearness, const std::vector<Vec3f>& points, const PoseGuess& prior)
       : nearness_(nearness), points_(points), prior_(prior) {}
 
-  /// Mean nearness of the points, less what the distance from the prior costs.
+  /// Mean nearness of the points minus the penalty for the distance from the prior.
   [[nodiscard]] double value(const SE3& T) const {
     // 0.01 per sigma^2: a quarter of the points outweighs 5 sigma.
     constexpr double kPriorWeight = 0.01;
@@ -121,7 +121,7 @@ class Search {
     return best;
   }
 
-  /// Climbs along each of the six directions in turn with ever shorter steps.
+  /// Hill climbing along each of the six directions in turn with shrinking steps.
   void climb(Trial& t, double step_m, double step_rad) const {
     constexpr int kHalvings = 3;
     constexpr int kRounds = 4;
@@ -181,7 +181,7 @@ double median_range(const std::vector<Vec3f>& points) {
 void RecentPoints::add(const BodyPoints& points, const SE3& T_odom_body) {
   constexpr std::size_t kScansMax = 10;
   if (scans_.size() == kScansMax) {
-    std::vector<Vec3f> oldest = std::move(scans_.front());  // its memory is used again
+    std::vector<Vec3f> oldest = std::move(scans_.front());  // reuses its memory
     scans_.pop_front();
     scans_.push_back(std::move(oldest));
     scans_.back().clear();
@@ -196,7 +196,7 @@ void RecentPoints::add(const BodyPoints& points, const SE3& T_odom_body) {
 
 PoseGuess guess_from(const SE3& T_odom_body, const geometry::Mat6& P, std::span<const Vec3> unseen,
                      const Vec3& up_odom) {
-  geometry::Mat6 rest = P;  // as if the place along what is unseen were known
+  geometry::Mat6 rest = P;  // conditioned on the position along the unseen axes
   for (const Vec3& axis : unseen) {
     const geometry::Vec6 along = rest.rightCols<3>() * axis;
     const double variance_m2 = axis.dot(along.tail<3>());
@@ -247,7 +247,7 @@ std::vector<SE3> search_headings(const RecentPoints& recent, const BodyPoints& b
   const int n_rad = static_cast<int>(std::ceil(reach_rad / step_rad));
   const std::vector<Trial> grid = search.try_grid(up_odom, cell_m, n_m, step_rad, n_rad);
 
-  constexpr int kApart = 2;  // headings nearer than this climb the same hill
+  constexpr int kApart = 2;  // nearer headings climb to the same maximum
   std::vector<Trial> best;
   for (const Trial& t : grid) {
     const bool known = std::any_of(best.begin(), best.end(), [&t](const Trial& other) {

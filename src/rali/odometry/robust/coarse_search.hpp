@@ -8,9 +8,9 @@
 
 namespace rali::odometry {
 
-/// When and how far to look around before an update without inertial data.
+/// When and how far to search before an update without inertial data.
 struct CoarseSearchSettings {
-  double sigma_min_m = 0.15;  ///< a better guess needs no search
+  double sigma_min_m = 0.15;  ///< with a better guess no search is needed
   double sigma_min_deg = 4.0;
   double range_max_m = 1.5;
   double range_max_deg = 60.0;
@@ -26,8 +26,8 @@ struct CoarseSearchSettings {
   }
 };
 
-/// The points of the last scans in odom: what the next one must overlap with. Unlike planes,
-/// which need many points per cell, they show a new place from its first scan on.
+/// The points of the last scans in odom, which the next one must overlap. Unlike planes, which need
+/// many points per cell, they cover a new area from its first scan on.
 class RecentPoints {
  public:
   void add(const BodyPoints& points, const geometry::SE3& T_odom_body);
@@ -40,28 +40,28 @@ class RecentPoints {
   std::deque<std::vector<geometry::Vec3f>> scans_;  ///< odom, oldest first
 };
 
-/// A guess and how uncertain it is horizontally and in heading (1 sigma).
+/// A guess and its horizontal and heading uncertainty (1 sigma).
 struct PoseGuess {
   geometry::SE3 T_odom_body;
   double sigma_m = 0.0;
   double sigma_rad = 0.0;
 };
 
-/// The guess that a prediction of covariance P (boxplus order) is. How uncertain it is along
-/// `unseen` translations (unit, odom), and what turns with that, counts for nothing: no scan
-/// decides it, and with every metre along a tunnel ever more places would be tried.
+/// The guess given by a prediction of covariance P (boxplus order). Uncertainty along the `unseen`
+/// translations (unit, odom), and what correlates with it, is left out. No scan can decide it, and
+/// the number of trials would grow with every metre along a tunnel.
 [[nodiscard]] PoseGuess guess_from(const geometry::SE3& T_odom_body, const geometry::Mat6& P,
                                    std::span<const geometry::Vec3> unseen,
                                    const geometry::Vec3& up_odom);
 
-/// Whether a guess is so poor that the nearest solution of the registration may be a wrong one.
+/// Whether the guess is so poor that the nearest minimum of the registration may be a wrong one.
 [[nodiscard]] bool needs_search(const PoseGuess& guess, const CoarseSearchSettings& settings);
 
-/// Tries poses on a grid around the guess (heading and horizontal position), climbs from the
-/// best ones in all six directions, and returns those at which most points lie near points of
-/// the last scans, best first; far trials pay for their distance in sigma. Empty when there is
-/// too little to compare. For scans so far apart (2 Hz) that the nearest solution of the
-/// registration is a wrong one. The grid scales with the scene: its cells are a fixed share of
+/// Tries poses on a grid around the guess (heading and horizontal position) and refines the best
+/// ones by hill climbing in all six directions. Returns those at which most points lie near points
+/// of the last scans, best first; distant trials are penalised by their distance in sigma. Empty if
+/// there is too little to compare. For scans so far apart (2 Hz) that the nearest minimum of the
+/// registration is a wrong one. The grid scales with the scene: its cells are a fixed fraction of
 /// the median range.
 [[nodiscard]] std::vector<geometry::SE3> search_pose(const RecentPoints& recent,
                                                      const BodyPoints& points,

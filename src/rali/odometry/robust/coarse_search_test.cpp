@@ -18,7 +18,7 @@ using geometry::Vec3;
 constexpr double kDegree = std::numbers::pi / 180.0;
 const Vec3 kUp = Vec3::UnitZ();
 
-/// What the room looks like from a pose, in the body frame there (rays straight, no motion).
+/// Points of the room from a pose, in the body frame (no motion within the scan).
 BodyPoints seen_from(const TestRoom& room, const SE3& T_room_body, int step_deg) {
   BodyPoints out;
   for (int azimuth = 0; azimuth < 360; azimuth += step_deg) {
@@ -36,7 +36,7 @@ BodyPoints seen_from(const TestRoom& room, const SE3& T_room_body, int step_deg)
   return out;
 }
 
-/// The first scan is taken at the origin, the second after a turn and a step.
+/// The first scan is taken at the origin, the second after a rotation and a step.
 struct CoarseSearchTest : testing::Test {
   CoarseSearchTest() {
     recent.add(seen_from(room, SE3{}, 2), SE3{});
@@ -57,7 +57,7 @@ struct CoarseSearchTest : testing::Test {
 };
 
 TEST(PoseGuess, leaves_out_what_is_uncertain_along_unseen_translations_and_turns_with_it) {
-  // 50 m along x, where a metre turns by 0.01 rad, and 0.02 rad, 0.1 m across that it does not.
+  // 50 m along x with 0.01 rad per metre, plus independent 0.02 rad and 0.1 m laterally.
   geometry::Mat6 P = geometry::Mat6::Zero();
   geometry::Vec6 slide = geometry::Vec6::Zero();
   slide[3] = 50.0;
@@ -107,7 +107,7 @@ TEST_F(CoarseSearchTest, the_answer_stays_within_the_range_that_is_searched) {
   settings.range_max_deg = 10.0;
   const PoseGuess guess{SE3{}, 0.3, 15.0 * kDegree};
   for (const SE3& T : search_pose(recent, now, guess, kUp, settings)) {
-    // One step of the grid and the climb may lie beyond.
+    // One step of the grid and of the refinement may exceed the range.
     EXPECT_LT(geometry::so3_log(T.R).norm(), 20.0 * kDegree);
     EXPECT_LT(T.p.norm(), 1.2);
   }

@@ -17,16 +17,16 @@ using geometry::Vec6;
 
 namespace {
 
-/// Height of a LiDAR above the body, and how far ahead 16 rings of one that stands low see the
-/// floor.
+/// Height of a LiDAR above the body, and the distance at which 16 rings of a low LiDAR see the
+/// floor ahead.
 constexpr double kAbove_m = 0.5, kAhead_m = 3.0;
 
-/// Variances far below what anybody knows [m^2, rad^2].
+/// Variances far below any real uncertainty [m^2, rad^2].
 constexpr double kNothing = 1e-18;
 
 double squared_rad(double angle_deg) { return std::pow(angle_deg * std::numbers::pi / 180.0, 2); }
 
-/// Left perturbation of the pose that a boxplus error is: phi = R theta, rho = dp + p x phi.
+/// Left perturbation for a boxplus error: phi = R theta, rho = dp + p x phi.
 Mat6 left_from_boxplus(const SE3& T) {
   Mat6 A = Mat6::Zero();
   A.block<3, 3>(0, 0) = T.R;
@@ -53,12 +53,12 @@ Mat6 of_eigenvalues(const Eigen::SelfAdjointEigenSolver<Mat6>& solver, F&& f) {
 
 }  // namespace
 
-MapShare MapShare::all() { return {Mat6::Identity(), Mat6::Zero()}; }
+MapFollowing MapFollowing::all() { return {Mat6::Identity(), Mat6::Zero()}; }
 
-MapShare MapShare::nothing() { return {Mat6::Zero(), Mat6::Identity()}; }
+MapFollowing MapFollowing::nothing() { return {Mat6::Zero(), Mat6::Identity()}; }
 
-/// In units of the prediction's own sigmas the gain is symmetric, and so are its roots.
-MapShare MapShare::of(const Mat6& P_predicted, const Mat6& information) {
+/// Scaled by the prediction's own sigmas the gain is symmetric, and so are its roots.
+MapFollowing MapFollowing::of(const Mat6& P_predicted, const Mat6& information) {
   const auto sigma = [](double x) { return std::sqrt(std::max(x, kNothing)); };
   const Eigen::SelfAdjointEigenSolver<Mat6> of_P(P_predicted);
   const Mat6 root = of_eigenvalues(of_P, sigma);
@@ -75,12 +75,12 @@ Drift::Drift(const DriftSettings& settings, bool levelled)
       D_(1, Mat6::Zero()),
       begun_odom_m_(1, Vec3::Zero()),
       middle_odom_m_(1, Vec3::Zero()) {
-  // Sparse rings at rest see pitch and roll poorly: the map grows on a frame that is turned
-  // against the first pose by about this much.
+  // Sparse rings observe pitch and roll poorly at standstill: the map grows in a frame that is
+  // rotated against the first pose by about this much.
   const double tilt =
       squared_rad(levelled ? settings.start_tilt_deg : settings.start_tilt_free_deg);
   D_[0].diagonal() << tilt, tilt, squared_rad(settings.start_sigma_deg), Vec3::Zero();
-  // The turn is not about the body: the LiDAR is above it, and the floor is seen ahead of it.
+  // The rotation is not about the body: the LiDAR is above it, and the floor is seen ahead of it.
   const Vec3 lever_m(kAbove_m, kAbove_m, kAhead_m);
   D_[0].diagonal().tail<3>() =
       (tilt * lever_m.cwiseAbs2()).array() + settings.start_sigma_m * settings.start_sigma_m;
@@ -89,7 +89,7 @@ Drift::Drift(const DriftSettings& settings, bool levelled)
 
 namespace {
 
-/// Of a generation, or between two.
+/// Value of a generation, interpolated between two.
 template <class M>
 M between(const std::vector<M>& of, double epoch) {
   const double at = std::clamp(epoch, 0.0, static_cast<double>(of.size() - 1));
@@ -103,8 +103,8 @@ M between(const std::vector<M>& of, double epoch) {
 
 Mat6 Drift::error_at(double epoch) const { return between(D_, epoch); }
 
-/// Error of a pose (boxplus) that is registered with planes of `mean_epoch`. A tilt that has grown
-/// evenly along a path turns its end about the middle of the path.
+/// Error of a pose (boxplus) that is registered with planes of `mean_epoch`. A tilt that grew
+/// evenly along a path rotates its end about the mean position of the path.
 Vec6 Drift::bent(const SE3& T_odom_body, double mean_epoch, const Level& level) const {
   const Vec3 turn(level.tilt_rad.x(), level.tilt_rad.y(), 0.0);
   Vec6 out;
@@ -113,20 +113,20 @@ Vec6 Drift::bent(const SE3& T_odom_body, double mean_epoch, const Level& level) 
   return out;
 }
 
-/// Whether the pose is much less certain than the newest planes, at whatever estimated place: while
-/// blind, the estimate may stand still for seconds although the vehicle drives.
+/// Whether the pose is much less certain than the newest planes, whatever the estimated distance:
+/// in a degenerate stretch the estimate may not move for seconds although the vehicle drives.
 bool Drift::has_grown(const Mat6& newest, const Mat6& now) {
-  constexpr double kFactor = 2.0;       // of variances
-  constexpr double kLeast_m2 = 2.5e-3;  // 5 cm
-  const auto most = [](const Mat6& P) {
+  constexpr double kFactor = 2.0;     // of variances
+  constexpr double kMin_m2 = 2.5e-3;  // 5 cm
+  const auto maximum = [](const Mat6& P) {
     return Eigen::SelfAdjointEigenSolver<Mat3>(P.bottomRightCorner<3, 3>(), Eigen::EigenvaluesOnly)
         .eigenvalues()[2];
   };
-  return most(now) > kFactor * most(newest) + kLeast_m2;
+  return maximum(now) > kFactor * maximum(newest) + kMin_m2;
 }
 
 Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_local,
-                   const MapShare& share, const std::optional<Level>& level,
+                   const MapFollowing& following, const std::optional<Level>& level,
                    std::span<const HeldAlong> held, const Mat6& turned) {
   const Mat6 A = left_from_boxplus(T_odom_body);
   const Mat6 B = boxplus_from_left(T_odom_body);
@@ -139,18 +139,18 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
     seen.bottomRightCorner<3, 3>() += more_m2 * h.d_odom * h.d_odom.transpose();
   }
   const Mat6 before = B * carried_ * B.transpose();
-  map_error_ = share.follows * seen * share.follows.transpose() +
-               share.keeps * before * share.keeps.transpose();
+  map_error_ = following.follows * seen * following.follows.transpose() +
+               following.keeps * before * following.keeps.transpose();
   if (level) hold_level(T_odom_body, *level);
   establish(T_odom_body.p);
-  const Mat6 registered = share.follows * P_local * share.follows.transpose();
+  const Mat6 registered = following.follows * P_local * following.follows.transpose();
   const Mat6 inherited = map_error_ + P_local + (settings_.growth - 1.0) * registered;
   const Mat6 error = A * inherited * A.transpose();
   const bool makes_first = std::exchange(unmade_, false) && mean_epoch + 1.0 <= epoch_;
   if (makes_first) D_.back() = error;
   const bool travelled = (T_odom_body.p - begun_odom_m_.back()).norm() > settings_.epoch_m;
   if (travelled || has_grown(B * D_.back() * B.transpose(), map_error_ + P_local)) {
-    begin_epoch(T_odom_body, error);
+    start_epoch(T_odom_body, error);
     if (!turned.isZero(0.0)) turned_.push_back({D_.size() - 1, A * turned * A.transpose()});
     unmade_ = true;
   }
@@ -159,7 +159,7 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
   return map_error_ + P_local + turned + known * known.transpose();
 }
 
-void Drift::begin_epoch(const SE3& T_odom_body, const Mat6& error) {
+void Drift::start_epoch(const SE3& T_odom_body, const Mat6& error) {
   ++epoch_;
   D_.push_back(error);
   const auto n = static_cast<double>(middle_odom_m_.size());
@@ -176,21 +176,21 @@ void Drift::establish(const Vec3& p_odom_m) {
   constexpr double kAway_m = 1.25;  // longer than a cart
   constexpr double kMoved_m = 0.1;
   const Vec3& start = begun_odom_m_.front();
-  // A generation lasts until the next begins.
+  // A generation lasts until the next one starts.
   while (established_ + 1 < begun_odom_m_.size() &&
          (p_odom_m - begun_odom_m_[established_ + 1]).norm() > kAway_m) {
     ++established_;
   }
-  // The first map, and the one after gravity is known. Later ones of a vehicle that stands begin
-  // because it has become uncertain whether it does.
+  // The first map, and the one after gravity is initialised. Later generations at standstill start
+  // only because the vehicle may have moved.
   constexpr std::size_t kFirst = 2;
   if (unmoved_) established_ = std::min(begun_odom_m_.size(), kFirst);
   unmoved_ = unmoved_ && (p_odom_m - start).norm() < kMoved_m;
 }
 
-/// The tilt of the map against the first pose is no larger than what gravity and the first pose
-/// allow: each tilt that is, is measured with just the noise that brings it there. A bound, not a
-/// measurement: however often it is asked, it makes nothing surer.
+/// Bounds the tilt of the map against the first pose by what gravity and the first pose allow. A
+/// larger variance is reduced by a measurement whose noise yields exactly the bound. So repeated
+/// calls do not reduce it further.
 void Drift::hold_level(const SE3& T_odom_body, const Level& level) {
   const Eigen::Matrix<double, 2, 3> turn = level.axes_odom.transpose() * T_odom_body.R;
   const Eigen::Matrix2d allowed =
@@ -219,7 +219,7 @@ Mat3 Drift::release(const SE3& T_odom_body, const Mat3& axes_odom) {
 
 void Drift::add(const SE3& T_odom_body, const Mat6& P) {
   const Mat6 A = left_from_boxplus(T_odom_body);
-  begin_epoch(T_odom_body, D_.back() + A * P * A.transpose());
+  start_epoch(T_odom_body, D_.back() + A * P * A.transpose());
   unmade_ = false;
   carried_ = D_.back();
   establish_all();

@@ -14,9 +14,9 @@ struct DriftSettings {
   double growth = 1.0;           ///< variance added per generation / variance of one registration
   double start_sigma_m = 0.004;  ///< of the first pose in the map that is built from it
   double start_sigma_deg = 0.05;
-  double start_tilt_deg = 0.06;      ///< roll and pitch, seen by sparse rings, held by gravity
+  double start_tilt_deg = 0.06;      ///< roll and pitch from sparse rings, with gravity known
   double start_tilt_free_deg = 0.5;  ///< the same without inertial data
-  double sigma_max_m = 1.0;          ///< local sigma where the LiDAR knows nothing
+  double sigma_max_m = 1.0;          ///< local sigma where the LiDAR is degenerate
 
   template <class V>
   void visit(V& v) {
@@ -30,101 +30,102 @@ struct DriftSettings {
   }
 };
 
-/// How well gravity holds roll and pitch.
+/// How well gravity determines roll and pitch.
 struct Level {
   Eigen::Matrix<double, 3, 2> axes_odom;  ///< two horizontal unit vectors
   Eigen::Matrix2d covariance;             ///< of the tilts about them [rad^2]
-  /// Rotation of odom against the horizontal since the first pose, about x and y (MapTilt).
+  /// Tilt of odom since the first pose, about x and y (MapTilt).
   Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();
 };
 
-/// Of which generation the planes are that hold a translation.
+/// Generation of the planes that constrain a translation.
 struct HeldAlong {
   geometry::Vec3 d_odom = geometry::Vec3::UnitX();  ///< unit vector
   double mean_epoch = 0.0;
 };
 
-/// How a pose follows the map when a scan is registered with it: the roots of the filter's gain,
-/// and of what is left of one (boxplus). Along what the LiDAR does not see it follows nothing; what
-/// the LiDAR sees poorly draws it there over many scans.
-struct MapShare {
+/// How a pose follows the map when a scan is registered with it: the roots of the filter's gain and
+/// of its complement (boxplus). Along unobservable directions it does not follow the map; along
+/// poorly observable ones it follows over many scans.
+struct MapFollowing {
   geometry::Mat6 follows, keeps;
 
-  [[nodiscard]] static MapShare all();
-  [[nodiscard]] static MapShare nothing();
-  /// @param P_predicted of the pose before the scan  @param information  of the LiDAR
-  [[nodiscard]] static MapShare of(const geometry::Mat6& P_predicted,
-                                   const geometry::Mat6& information);
+  [[nodiscard]] static MapFollowing all();
+  [[nodiscard]] static MapFollowing nothing();
+  /// @param P_predicted of the pose before the scan @param information of the LiDAR
+  [[nodiscard]] static MapFollowing of(const geometry::Mat6& P_predicted,
+                                       const geometry::Mat6& information);
 };
 
-/// How wrong the map is where the vehicle is: what a filter that takes its map for granted does
-/// not know.
+/// Error of the map at the vehicle's position, which a filter that treats its map as exact does not
+/// model.
 ///
-/// Planes inherit the error of the pose that saw them first. A scan that matches planes of
-/// generation e has their error plus its own; new planes inherit that. A generation lasts some way,
-/// or until the pose is known much less well. Its error is that of the pose that makes its first
-/// planes, one scan later: a scan that told nothing may come before one that knows where it is. So
-/// the error grows with the generations passed, and falls back when the vehicle returns to old
-/// planes. Each translation hangs on the planes that tell of it: behind a blind stretch the walls
-/// may be old and the niche that ends it new, with the error that the stretch has left in it. Where
-/// the LiDAR tells nothing the pose keeps the error of the map that it hung on last; what it has
-/// gathered since, the filter knows, and new planes inherit both. Roll and pitch do not wander
-/// where gravity is known: there the map's error is bounded, and what it did to positions with it.
-/// How far the map has tilted by gravity (Level) is an error of known sign, and grows evenly with
-/// the distance: with what it does to positions its square is part of what is stated.
-/// Covariances of a common left perturbation T' = Exp(phi, rho) T about odom's origin, so that they
-/// add without lever arms. Order rotation, translation.
+/// Planes inherit the error of the pose that first observed them. A scan matched with planes of
+/// generation e has their error plus its own, and new planes inherit that. A generation lasts for a
+/// distance, or until the pose becomes much less certain. Its error is that of the pose that makes
+/// its first planes, one scan later: a degenerate scan may come just before a well constrained one.
+/// So the error grows with the generations passed, and drops when the vehicle returns to old
+/// planes.
+///
+/// Each translation has the error of the planes that constrain it. After a degenerate stretch the
+/// walls may be old, and the niche that ends it new, with the error accumulated in the stretch.
+/// Where the LiDAR is degenerate the pose keeps the error of the map that last constrained it. The
+/// filter's covariance contains what accumulated since; new planes inherit both. With known
+/// gravity, roll and pitch do not drift: the map's error in them is bounded, and so is its effect
+/// on positions. A tilt of the map that the accelerometer shows (Level::tilt_rad) is an error of
+/// known sign that grew evenly with the distance: its square, with its effect on positions, is part
+/// of the result. Covariances are of a common left perturbation T' = Exp(phi, rho) T about odom's
+/// origin, so that they add without lever arms. Order rotation, translation.
 class Drift {
  public:
-  /// @param levelled  gravity holds the first pose
+  /// @param levelled gravity determines roll and pitch of the first pose
   explicit Drift(const DriftSettings& settings, bool levelled = true);
 
-  /// Generation that planes seen for the first time now belong to.
+  /// Generation of planes that are observed for the first time now.
   [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
 
-  /// Newest generation from whose end the vehicle has been away since, or which is of the first
-  /// map: what drives along with a vehicle is of later ones.
+  /// Newest established generation: of the first map, or the vehicle has since been away from the
+  /// place where it ended. Planes of an object that drives along are of later generations.
   [[nodiscard]] double newest_established() const {
     return static_cast<double>(established_) - 1.0;
   }
 
   /// @param mean_epoch weighted mean generation of the planes matched by this scan.
-  /// @param P_local covariance (boxplus) of the pose, the map taken for granted.
+  /// @param P_local covariance (boxplus) of the pose, the map treated as exact.
   /// @param level nothing: gravity is not known.
-  /// @param held  translations whose planes may be of other generations than the mean
-  /// @param turned  what the bend of a degenerate stretch adds to P_local (Bend); zero where there
-  /// is none. Planes of the stretch show it to who sees them later, when it has ended: in it the
-  /// pose has it by itself.
+  /// @param held translations whose planes may be of other generations than the mean
+  /// @param turned what the bend of a degenerate stretch adds to P_local (Bend); zero without one.
+  /// Planes of the stretch inherit it when the stretch has ended; until then only the pose has it.
   /// @return covariance (boxplus) of the pose relative to odom's origin.
   geometry::Mat6 update(const geometry::SE3& T_odom_body, double mean_epoch,
-                        const geometry::Mat6& P_local, const MapShare& share,
+                        const geometry::Mat6& P_local, const MapFollowing& following,
                         const std::optional<Level>& level = std::nullopt,
                         std::span<const HeldAlong> held = {},
                         const geometry::Mat6& turned = geometry::Mat6::Zero());
 
-  /// What of the last update's covariance is the map's (boxplus).
+  /// The map's part of the last update's covariance (boxplus).
   [[nodiscard]] const geometry::Mat6& map_error() const { return map_error_; }
 
-  /// Where the LiDAR has lost a translation the pose hangs on no map any more: the error that it
-  /// has of one is the filter's from now on, which ranges may correct.
+  /// When the LiDAR loses a translation, no map constrains the pose there any more. The map error
+  /// of the pose becomes part of the filter's covariance, which ranges may correct.
   /// @param axes_odom projector on those translations
   /// @return covariance of the position that is no longer in map_error()
   [[nodiscard]] geometry::Mat3 release(const geometry::SE3& T_odom_body,
                                        const geometry::Mat3& axes_odom);
 
-  /// The map is begun anew with the present generation: it is the first one then, however far the
-  /// vehicle has come. Were it held for young, nothing in it could hold a vehicle whose inertial
-  /// sensor is not known yet.
+  /// The map restarts with the present generation, which counts as established however far the
+  /// vehicle has come. Otherwise no plane of it could constrain a vehicle whose inertial sensor is
+  /// not initialised yet.
   void establish_all() { established_ = begun_odom_m_.size(); }
 
-  /// A new map begins at a pose that is itself uncertain by P (boxplus): a new generation.
+  /// A new map starts at a pose with covariance P (boxplus): a new generation.
   void add(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
 
  private:
   [[nodiscard]] geometry::Mat6 error_at(double epoch) const;
   [[nodiscard]] static bool has_grown(const geometry::Mat6& newest, const geometry::Mat6& now);
   void hold_level(const geometry::SE3& T_odom_body, const Level& level);
-  void begin_epoch(const geometry::SE3& T_odom_body, const geometry::Mat6& error);
+  void start_epoch(const geometry::SE3& T_odom_body, const geometry::Mat6& error);
   void end_turned();
   [[nodiscard]] geometry::Vec6 bent(const geometry::SE3& T_odom_body, double mean_epoch,
                                     const Level& level) const;
@@ -139,14 +140,16 @@ class Drift {
     geometry::Mat6 P;  ///< as a left perturbation
   };
 
-  std::vector<Turned> turned_;                 ///< of the degenerate stretch that has not ended
-  std::vector<geometry::Vec3> begun_odom_m_;   ///< by generation: where the vehicle was
-  std::vector<geometry::Vec3> middle_odom_m_;  ///< by generation: mean of these up to it
-  std::size_t established_ = 1;                ///< so many of the first generations are
-  bool unmoved_ = true;                        ///< the vehicle has not left where it began
-  bool unmade_ = false;                        ///< the newest generation has no planes yet
+  std::vector<Turned> turned_;  ///< of the current degenerate stretch
+  std::vector<geometry::Vec3>
+      begun_odom_m_;  ///< position of the vehicle at the start of each generation
+  /// Mean of begun_odom_m_ up to each generation.
+  std::vector<geometry::Vec3> middle_odom_m_;
+  std::size_t established_ = 1;  ///< number of established generations
+  bool unmoved_ = true;          ///< the vehicle has not left its start
+  bool unmade_ = false;          ///< the newest generation has no planes yet
   geometry::Mat6 map_error_ = geometry::Mat6::Zero();
-  geometry::Mat6 carried_;  ///< the same as a left perturbation
+  geometry::Mat6 carried_;  ///< map_error_ as a left perturbation
 };
 
 }  // namespace rali::odometry

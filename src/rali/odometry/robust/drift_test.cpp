@@ -13,8 +13,8 @@ using geometry::Mat6;
 using geometry::SE3;
 using geometry::Vec3;
 
-/// The LiDAR knows all directions.
-const MapShare kFollows = MapShare::all();
+/// All directions are observable by the LiDAR.
+const MapFollowing kFollows = MapFollowing::all();
 
 Mat6 local(double sigma_rad, double sigma_m) {
   Mat6 P = Mat6::Zero();
@@ -27,7 +27,7 @@ SE3 at(double x_m) { return {geometry::Mat3::Identity(), Vec3(x_m, 0.0, 0.0)}; }
 
 double sigma_x(const Mat6& P) { return std::sqrt(P(3, 3)); }
 
-/// Drift that begins at zero and grows by one registration per generation.
+/// Drift that starts at zero and grows by one registration per generation.
 DriftSettings from_nothing() {
   DriftSettings settings;
   settings.start_sigma_m = settings.start_sigma_deg = settings.start_tilt_deg = 0.0;
@@ -63,7 +63,7 @@ TEST(Drift, adds_one_registration_per_generation_of_planes) {
     seen = drift.update(at(0.51 * k), static_cast<double>(drift.epoch()), P, kFollows);
   }
   EXPECT_EQ(drift.epoch(), 25U);
-  // 24 generations carry the error of one registration each, and this one's own.
+  // 24 generations add the error of one registration each, plus this one's own.
   EXPECT_NEAR(sigma_x(seen), 0.01 * std::sqrt(25.0), 1e-9);
 }
 
@@ -72,15 +72,15 @@ TEST(Drift, a_generation_has_the_error_of_the_pose_that_makes_its_first_planes) 
   Drift drift{from_nothing()};
   const Mat6 guessed = local(0.05, 0.3);
   const Mat6 known = local(1e-3, 0.01);
-  const Mat6 second = drift.update(at(0.3), 0.0, guessed, MapShare::nothing());
+  const Mat6 second = drift.update(at(0.3), 0.0, guessed, MapFollowing::nothing());
   EXPECT_NEAR(sigma_x(second), 0.3, 1e-9);
   ASSERT_EQ(drift.epoch(), 1U) << "it knows much less than the first";
   drift.update(at(0.4), 0.0, known, kFollows);
-  // Only then are there planes of the generation.
+  // Only now does the generation have planes.
   EXPECT_NEAR(sigma_x(drift.update(at(0.5), 1.0, known, kFollows)), 0.01 * std::sqrt(2.0), 1e-3);
-  // One that stays as uncertain makes planes that are as uncertain.
+  // A pose that stays uncertain makes planes of the same uncertainty.
   Drift lost{from_nothing()};
-  for (int k = 0; k < 2; ++k) lost.update(at(0.3), 0.0, guessed, MapShare::nothing());
+  for (int k = 0; k < 2; ++k) lost.update(at(0.3), 0.0, guessed, MapFollowing::nothing());
   EXPECT_NEAR(sigma_x(lost.update(at(0.4), 1.0, known, kFollows)), 0.3, 0.02);
 }
 
@@ -92,7 +92,7 @@ TEST(Drift, falls_back_on_return_to_the_first_planes) {
   const Mat6 home = drift.update(at(0.2), 0.0, P, kFollows);
   EXPECT_GT(sigma_x(far), 5.0 * sigma_x(home));
   EXPECT_LT((home - P).norm(), 1e-15);
-  // New planes seen from here inherit little error again.
+  // New planes observed from here inherit little error again.
   const Mat6 next = drift.update(at(0.8), drift.epoch(), P, kFollows);
   EXPECT_LT(sigma_x(next), 2.0 * sigma_x(P));
 }
@@ -105,13 +105,13 @@ TEST(Drift, an_error_of_heading_moves_what_is_far_sideways) {
   static_cast<void>(
       drift.update(at(0.6), 0.0, P, kFollows));  // generation 1 turns by 1 mrad about x = 0.6
   const Mat6 far = drift.update(at(100.6), 1.0, Mat6::Zero(), kFollows);
-  EXPECT_NEAR(std::sqrt(far(4, 4)), 0.1, 1e-3);  // 100 m away: 10 cm to the side
+  EXPECT_NEAR(std::sqrt(far(4, 4)), 0.1, 1e-3);  // 100 m away: 10 cm laterally
   EXPECT_NEAR(std::sqrt(far(2, 2)), 1e-3, 1e-6);
   EXPECT_NEAR(sigma_x(far), 0.0, 1e-3);
 }
 
-// In a bent tunnel the heading is off by what the position along it is. Whoever has left the tunnel
-// knows neither better, although it sees all directions again.
+// In a bent tunnel the heading error follows the position error along it. A vehicle that has left
+// the tunnel keeps both, although all directions are observable again.
 TEST(Drift, what_a_bend_has_turned_stays_turned_behind_it) {
   Drift drift{from_nothing()};
   const Mat6 P = local(1e-4, 1e-3);
@@ -150,7 +150,7 @@ TEST(Drift, planes_are_established_once_the_vehicle_has_gone_on) {
   };
   go(0.0);
   EXPECT_EQ(drift.newest_established(), 0.0) << "the first map";
-  for (const double x_m : {0.6, 1.2, 1.8}) go(x_m);  // each begins a generation
+  for (const double x_m : {0.6, 1.2, 1.8}) go(x_m);  // each starts a generation
   ASSERT_EQ(drift.epoch(), 3U);
   EXPECT_EQ(drift.newest_established(), 0.0) << "the first ended at 1.2 m";
   go(1.84);
@@ -164,8 +164,8 @@ TEST(Drift, planes_are_established_once_the_vehicle_has_gone_on) {
   EXPECT_GE(drift.newest_established(), 1.0) << "nor is it forgotten on return";
 }
 
-// A start in motion makes its map anew after a metre or two, and so does a vehicle that was lost:
-// held for young, none of it could hold the vehicle.
+// A start in motion rebuilds its map after a metre or two, and so does a vehicle that was lost: if
+// all planes counted as young, none of them could constrain the vehicle.
 TEST(Drift, a_map_that_is_begun_anew_is_the_first_one) {
   Drift drift{from_nothing()};
   const Mat6 P = local(0.0, 0.001);
@@ -182,47 +182,47 @@ TEST(Drift, a_map_that_is_begun_anew_is_the_first_one) {
   EXPECT_EQ(drift.newest_established(), static_cast<double>(drift.epoch()));
 }
 
-/// Drives to `x_m`, and sees all the way the newest planes.
-void drive(Drift& drift, double from_m, double to_m, const Mat6& P, const MapShare& share) {
+/// Drives to `to_m`, always matched with the newest planes.
+void drive(Drift& drift, double from_m, double to_m, const Mat6& P, const MapFollowing& following) {
   for (double x_m = from_m; x_m <= to_m; x_m += 0.51) {
-    static_cast<void>(drift.update(at(x_m), drift.epoch(), P, share));
+    static_cast<void>(drift.update(at(x_m), drift.epoch(), P, following));
   }
 }
 
-/// Follows the map in all but x.
-MapShare blind_along_x() {
-  MapShare share = MapShare::all();
-  share.follows(3, 3) = 0.0;
-  share.keeps(3, 3) = 1.0;
-  return share;
+/// Follows the map in all directions except x.
+MapFollowing degenerate_along_x() {
+  MapFollowing following = MapFollowing::all();
+  following.follows(3, 3) = 0.0;
+  following.keeps(3, 3) = 1.0;
+  return following;
 }
 
-// What a blind stretch has left does not go when a new niche comes in sight: its planes have the
-// same error. Walls that are older than it say nothing of that direction.
+// The error from a degenerate stretch does not vanish when a new niche comes into view: its planes
+// have the same error. Walls older than the stretch do not constrain that direction.
 TEST(Drift, behind_a_blind_stretch_what_is_new_has_the_error_of_the_stretch) {
   Drift drift{from_nothing()};
   drive(drift, 0.51, 5.0, local(1e-4, 0.001), kFollows);
   const double old = drift.epoch();
-  drive(drift, 5.1, 10.0, local(1e-4, 0.7), blind_along_x());
+  drive(drift, 5.1, 10.0, local(1e-4, 0.7), degenerate_along_x());
   const double now = drift.epoch();
-  // The newest generation has no planes yet: the niche was seen in the stretch.
+  // The newest generation has no planes yet: the niche was observed in the stretch.
   const HeldAlong niche{Vec3::UnitX(), now - 1.0};
   const Mat6 P = local(1e-4, 0.001);
   EXPECT_LT(sigma_x(drift.update(at(10.2), old, P, kFollows)), 0.01) << "back at the old planes";
   EXPECT_GT(sigma_x(drift.update(at(10.2), old, P, kFollows, {}, {&niche, 1})), 0.69);
 }
 
-// While blind, the estimate may stand still although the vehicle drives: planes seen first then are
-// not of the generation of those before.
+// In a degenerate stretch the estimate may not move although the vehicle drives: planes first
+// observed then belong to a later generation than those before.
 TEST(Drift, begins_a_generation_where_the_pose_has_become_uncertain_without_way) {
   Drift drift{from_nothing()};
   drive(drift, 0.51, 5.0, local(1e-4, 0.001), kFollows);
   const std::uint32_t before = drift.epoch();
   static_cast<void>(drift.update(at(5.0), before, local(1e-4, 0.001), kFollows));
   EXPECT_EQ(drift.epoch(), before);
-  static_cast<void>(drift.update(at(5.0), before, local(1e-4, 1.0), blind_along_x()));
+  static_cast<void>(drift.update(at(5.0), before, local(1e-4, 1.0), degenerate_along_x()));
   EXPECT_EQ(drift.epoch(), before + 1);
-  static_cast<void>(drift.update(at(5.0), before, local(1e-4, 1.1), blind_along_x()));
+  static_cast<void>(drift.update(at(5.0), before, local(1e-4, 1.1), degenerate_along_x()));
   EXPECT_EQ(drift.epoch(), before + 1) << "not for a little more";
   const HeldAlong fresh{Vec3::UnitX(), static_cast<double>(drift.epoch())};
   const Mat6 P = drift.update(at(5.0), before, local(1e-4, 0.001), kFollows, {}, {&fresh, 1});
@@ -234,8 +234,8 @@ TEST(Drift, stays_with_a_pose_that_the_lidar_has_lost_along_the_way) {
   drive(drift, 0.51, 20.0, local(0.0, 0.02), kFollows);
   const double before = sigma_x(drift.update(at(20.1), drift.epoch(), Mat6::Zero(), kFollows));
   EXPECT_GT(before, 0.1);
-  // Walls that were seen from the start: across the error is gone, along it is not.
-  const Mat6 after = drift.update(at(20.2), 0.0, Mat6::Zero(), blind_along_x());
+  // Walls observed from the start: the lateral error is gone, that along x is not.
+  const Mat6 after = drift.update(at(20.2), 0.0, Mat6::Zero(), degenerate_along_x());
   EXPECT_NEAR(sigma_x(after), before, 1e-9);
   EXPECT_NEAR(after(4, 4), 0.0, 1e-12);
 }
@@ -250,17 +250,17 @@ TEST(Drift, hands_over_what_hangs_on_no_map_any_more) {
   EXPECT_NEAR(released(1, 1), 0.0, 1e-12);
   EXPECT_NEAR(drift.map_error()(3, 3), 0.0, 1e-12);
   EXPECT_NEAR(drift.map_error()(4, 4), before(4, 4), 1e-12);
-  EXPECT_NEAR(drift.update(at(20.2), 0.0, Mat6::Zero(), blind_along_x())(3, 3), 0.0, 1e-12);
+  EXPECT_NEAR(drift.update(at(20.2), 0.0, Mat6::Zero(), degenerate_along_x())(3, 3), 0.0, 1e-12);
 }
 
-// A tenth of the information of the prediction: a tenth of the variance comes from the map.
-TEST(MapShare, is_the_gain_of_the_filter) {
+// With a ninth of the information of the prediction, a tenth of the variance comes from the map.
+TEST(MapFollowing, is_the_gain_of_the_filter) {
   const Mat6 P = local(1e-3, 0.1);
   const Mat6 information = (P.inverse() / 9.0).eval();
-  const MapShare share = MapShare::of(P, information);
-  EXPECT_LT((share.follows * share.follows - 0.1 * Mat6::Identity()).norm(), 1e-9);
-  EXPECT_LT((share.keeps * share.keeps - 0.9 * Mat6::Identity()).norm(), 1e-9);
-  EXPECT_LT((MapShare::of(P, Mat6::Zero()).follows).norm(), 1e-12);
+  const MapFollowing following = MapFollowing::of(P, information);
+  EXPECT_LT((following.follows * following.follows - 0.1 * Mat6::Identity()).norm(), 1e-9);
+  EXPECT_LT((following.keeps * following.keeps - 0.9 * Mat6::Identity()).norm(), 1e-9);
+  EXPECT_LT((MapFollowing::of(P, Mat6::Zero()).follows).norm(), 1e-12);
 }
 
 TEST(Drift, without_gravity_the_first_pose_may_be_tilted_against_the_map) {
@@ -272,7 +272,7 @@ TEST(Drift, without_gravity_the_first_pose_may_be_tilted_against_the_map) {
   EXPECT_NEAR(std::sqrt(P(2, 2)), 0.05 * degree, 1e-9);
 }
 
-/// Gravity holds roll and pitch, with that much doubt.
+/// Gravity determines roll and pitch, with this sigma.
 Level level(double sigma_rad) {
   Level out;
   out.axes_odom = Eigen::Matrix<double, 3, 2>::Identity();

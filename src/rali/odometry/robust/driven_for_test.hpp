@@ -4,42 +4,42 @@
 
 #include <gtest/gtest.h>
 
+#include "rali/odometry/augmented_filter_for_test.hpp"
 #include "rali/odometry/robust/robust_odometry.hpp"
 #include "rali/odometry/room_for_test.hpp"
-#include "rali/odometry/side_filter_for_test.hpp"
 
 namespace rali::odometry {
 
-/// Drives through a world up to the end of a sweep; what comes between sweeps is up to the test.
+/// Drives through a world up to the end of a scan; the test adds events between scans.
 struct Driven {
   TestRoom room;
   bool has_imu;
   std::unique_ptr<Odometry> odometry;
-  SideFilter* filter = nullptr;
+  AugmentedFilter* filter = nullptr;
   FindingList findings;
-  int sweeps = 0;
+  int scans = 0;
   int imu_samples = 0;
   Time t_end;
 
-  Driven(const TestRoom& world, int sweeps_driven, bool with_imu,
+  Driven(const TestRoom& world, int scans_driven, bool with_imu,
          const OdometrySettings& settings = {})
       : room(world), has_imu(with_imu) {
     sensor::Calibration calibration;
     calibration.T_body_lidar = room.T_body_lidar;
     odometry = make_robust_odometry(settings, calibration, has_imu);
-    filter = odometry->side_filter();
-    while (sweeps < sweeps_driven) sweep();
+    filter = odometry->augmented_filter();
+    while (scans < scans_driven) scan();
   }
 
-  ScanResult sweep() {
+  ScanResult scan() {
     SerialExecutor executor;
-    const auto scan = room.scan(TestRoom::kSweep_s * sweeps++);
-    imu_until(TestRoom::kSweep_s * sweeps);
+    const auto scan = room.scan(TestRoom::kScan_s * scans++);
+    imu_until(TestRoom::kScan_s * scans);
     t_end = scan->t_end;
     return odometry->process(*scan, executor, findings);
   }
 
-  /// The inertial data that the filter may have up to then.
+  /// Adds the inertial data up to this time.
   void imu_until(double t_s) {
     for (; has_imu && 0.005 * imu_samples <= t_s + 1e-9; ++imu_samples) {
       odometry->add_imu(room.imu(0.005 * imu_samples));
@@ -49,17 +49,17 @@ struct Driven {
   [[nodiscard]] Moment now() const { return *filter->advance_to(t_end); }
 };
 
-/// Drives on while the accelerometer feels a push that the body does not.
-inline ScanResult drive_pushed(Driven& driven, int sweeps, double push_mps2) {
+/// Drives on while the accelerometer measures a force that does not act on the body.
+inline ScanResult drive_pushed(Driven& driven, int scans, double push_mps2) {
   ScanResult result;
-  for (int k = 0; k < sweeps; ++k) {
-    const double until_s = TestRoom::kSweep_s * (driven.sweeps + 1);
+  for (int k = 0; k < scans; ++k) {
+    const double until_s = TestRoom::kScan_s * (driven.scans + 1);
     for (; 0.005 * driven.imu_samples <= until_s + 1e-9; ++driven.imu_samples) {
       sensor::ImuSample sample = driven.room.imu(0.005 * driven.imu_samples);
       sample.accel_mps2.x() += push_mps2;
       driven.odometry->add_imu(sample);
     }
-    result = driven.sweep();
+    result = driven.scan();
   }
   return result;
 }
@@ -71,7 +71,7 @@ inline TestRoom small_room() {
   return room;
 }
 
-/// Under way, its speed turned against odom, and found itself.
+/// A driving vehicle with its velocity turned against odom, and the filter initialised.
 inline Driven under_way(bool has_imu) {
   TestRoom room = small_room();
   if (has_imu) return {room, 18, true};
@@ -79,7 +79,7 @@ inline Driven under_way(bool has_imu) {
   return {room, 5, false};
 }
 
-/// Straight on along x through a passage whose ends no ray reaches.
+/// Straight along x through a tunnel whose ends no ray reaches.
 inline TestRoom tunnel() {
   TestRoom room;
   room.walls = {{-4000.0, -2.0, -1.0}, {4000.0, 2.5, 1.9}};
@@ -90,68 +90,68 @@ inline TestRoom tunnel() {
   return room;
 }
 
-/// Rows that are the pose (6, boxplus), the velocity (3) and the side states themselves.
-inline SideRowList unit_rows(const SideFilter& filter) {
-  const int n = filter.side().size();
-  SideMeasurement none;
-  none.d_side = SideStates::Vector::Zero(n);
-  SideRowList rows(static_cast<std::size_t>(DenseSideFilter::kOwn + n), none);
-  for (int k = 0; k < DenseSideFilter::kOwn + n; ++k) {
-    SideMeasurement& row = rows[static_cast<std::size_t>(k)];
+/// Rows for the pose (6, boxplus), the velocity (3) and the augmented states themselves.
+inline AugmentedRowList unit_rows(const AugmentedFilter& filter) {
+  const int n = filter.augmented().size();
+  AugmentedMeasurement none;
+  none.d_augmented = AugmentedStates::Vector::Zero(n);
+  AugmentedRowList rows(static_cast<std::size_t>(DenseAugmentedFilter::kOwn + n), none);
+  for (int k = 0; k < DenseAugmentedFilter::kOwn + n; ++k) {
+    AugmentedMeasurement& row = rows[static_cast<std::size_t>(k)];
     if (k < 6) {
       row.d_pose[k] = 1.0;
-    } else if (k < DenseSideFilter::kOwn) {
+    } else if (k < DenseAugmentedFilter::kOwn) {
       row.d_velocity[k - 6] = 1.0;
     } else {
-      row.d_side[k - DenseSideFilter::kOwn] = 1.0;
+      row.d_augmented[k - DenseAugmentedFilter::kOwn] = 1.0;
     }
   }
   return rows;
 }
 
-/// The textbook with the same belief.
-inline DenseSideFilter textbook(const Driven& driven) {
-  DenseSideFilter out;
+/// The reference filter with the same mean and covariance.
+inline DenseAugmentedFilter textbook(const Driven& driven) {
+  DenseAugmentedFilter out;
   out.now = driven.now();
-  out.known = driven.filter->side();
+  out.known = driven.filter->augmented();
   out.P = driven.filter->covariance(unit_rows(*driven.filter));
   return out;
 }
 
-/// What two filters believe is the same, to shares of how much they doubt it.
-inline void expect_same(const Driven& driven, const DenseSideFilter& dense, double mean_share,
-                        double covariance_share) {
+/// Two filters have the same estimate, up to the given fractions of their sigmas.
+inline void expect_same(const Driven& driven, const DenseAugmentedFilter& dense,
+                        double mean_fraction, double covariance_fraction) {
   const Moment now = driven.now();
-  const SideStates& side = driven.filter->side();
-  ASSERT_EQ(side.size(), dense.known.size());
-  const int size = DenseSideFilter::kOwn + side.size();
+  const AugmentedStates& augmented = driven.filter->augmented();
+  ASSERT_EQ(augmented.size(), dense.known.size());
+  const int size = DenseAugmentedFilter::kOwn + augmented.size();
   Eigen::VectorXd apart(size);
   apart << geometry::boxminus(now.T_odom_body, dense.now.T_odom_body),
-      now.v_odom_mps - dense.now.v_odom_mps, side.mean - dense.known.mean;
+      now.v_odom_mps - dense.now.v_odom_mps, augmented.mean - dense.known.mean;
   const Eigen::MatrixXd P = driven.filter->covariance(unit_rows(*driven.filter));
   const Eigen::VectorXd sigma = dense.P.diagonal().cwiseMax(1e-12).cwiseSqrt();
   const Eigen::VectorXd inverse = sigma.cwiseInverse();
-  EXPECT_LT((inverse.asDiagonal() * apart).cwiseAbs().maxCoeff(), mean_share);
+  EXPECT_LT((inverse.asDiagonal() * apart).cwiseAbs().maxCoeff(), mean_fraction);
   const Eigen::MatrixXd off = inverse.asDiagonal() * (P - dense.P) * inverse.asDiagonal();
-  EXPECT_LT(off.cwiseAbs().maxCoeff(), covariance_share);
+  EXPECT_LT(off.cwiseAbs().maxCoeff(), covariance_fraction);
 }
 
-/// The map's own error in a prediction: in its variance, and nobody's to correct.
-inline double map_error(const SideFilter& filter, const SideMeasurement& m) {
-  return filter.variance(m) - filter.covariance(SideRowList{m})(0, 0);
+/// The map's own error in a prediction: part of its variance, but never corrected.
+inline double map_error(const AugmentedFilter& filter, const AugmentedMeasurement& m) {
+  return filter.variance(m) - filter.covariance(AugmentedRowList{m})(0, 0);
 }
 
-/// A place (three side states) and a bias, as somebody who measures ranges has them.
-inline void add_place_and_bias(SideFilter& filter) {
-  SideStates::Vector place = geometry::Vec3(9.0, 2.0, 0.5);
-  SideStates::Matrix doubt = geometry::Vec3(0.09, 0.25, 0.01).asDiagonal();
-  doubt(0, 1) = doubt(1, 0) = 0.05;
-  ASSERT_EQ(filter.add_side(place, doubt, {}), 0);
-  SideStates::Vector bias(1);
+/// A landmark (three augmented states) and a bias, as added by a user that measures ranges.
+inline void add_landmark_and_bias(AugmentedFilter& filter) {
+  AugmentedStates::Vector place = geometry::Vec3(9.0, 2.0, 0.5);
+  AugmentedStates::Matrix uncertainty = geometry::Vec3(0.09, 0.25, 0.01).asDiagonal();
+  uncertainty(0, 1) = uncertainty(1, 0) = 0.05;
+  ASSERT_EQ(filter.add_states(place, uncertainty, {}), 0);
+  AugmentedStates::Vector bias(1);
   bias[0] = 0.1;
-  SideStates::Matrix bias_doubt(1, 1);
-  bias_doubt(0, 0) = 0.01;
-  ASSERT_EQ(filter.add_side(bias, bias_doubt, {}), 3);
+  AugmentedStates::Matrix bias_uncertainty(1, 1);
+  bias_uncertainty(0, 0) = 0.01;
+  ASSERT_EQ(filter.add_states(bias, bias_uncertainty, {}), 3);
 }
 
 }  // namespace rali::odometry

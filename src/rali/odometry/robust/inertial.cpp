@@ -13,12 +13,12 @@ using sensor::ImuSample;
 
 namespace {
 
-// A jolt or an impact changes within a sample: what lies between two samples that differ by so much
-// more than vibration makes them is not known.
+// A jolt or an impact happens within a sample: if two samples differ by so much more than vibration
+// explains, the motion between them is unknown.
 constexpr double kJoltAccel_mps2 = 3.0;
 constexpr double kJoltGyro_radps = 1.0;
 
-// Beyond this many nominal intervals a gap is integrated with growing doubt.
+// A gap beyond this many nominal intervals is integrated with growing noise.
 constexpr double kStepMax_s = 0.02;
 
 bool earlier(const ImuSample& a, Time t) { return a.t < t; }
@@ -26,7 +26,7 @@ bool earlier(const ImuSample& a, Time t) { return a.t < t; }
 }  // namespace
 
 void InertialBuffer::add(const ImuSample& sample) {
-  // A recording whose LiDAR stays away must not fill the memory.
+  // A recording whose LiDAR data stop must not fill the memory.
   constexpr std::size_t kSamplesMax = 100'000;
   if (samples_.size() >= kSamplesMax) samples_.pop_front();
   watch_clipping(sample);
@@ -34,29 +34,30 @@ void InertialBuffer::add(const ImuSample& sample) {
 }
 
 /// Exactly the largest value so far, three times in a row: noisy sensors never repeat it by chance.
-/// One that repeats values all the time has no noise, or few bits, and tells nothing so.
+/// An axis that repeats values all the time has no noise, or few bits, so its repeats prove
+/// nothing.
 void InertialBuffer::watch_clipping(const ImuSample& sample) {
-  constexpr double kGyroLeast_radps = 0.2;
-  constexpr double kAccelLeast_mps2 = 10.5;
+  constexpr double kGyroMin_radps = 0.2;
+  constexpr double kAccelMin_mps2 = 10.5;
   constexpr int kInARow = 3;
-  constexpr double kRepeatsMost = 0.5;
-  const auto is_clipped = [&](Axis& axis, double value, double before, double least) {
+  constexpr double kRepeatsMax = 0.5;
+  const auto is_clipped = [&](Axis& axis, double value, double before, double minimum) {
     const double size = std::abs(value);
     const bool again = !samples_.empty() && value == before;
     axis.in_a_row = again ? axis.in_a_row + 1 : 1;
-    const bool at_most = size > least && size >= axis.most;
+    const bool at_most = size > minimum && size >= axis.maximum;
     if (!at_most || !again) axis.repeats += 0.01 * ((again ? 1.0 : 0.0) - axis.repeats);
-    axis.most = std::max(axis.most, size);
-    return at_most && axis.in_a_row >= kInARow && axis.repeats < kRepeatsMost;
+    axis.maximum = std::max(axis.maximum, size);
+    return at_most && axis.in_a_row >= kInARow && axis.repeats < kRepeatsMax;
   };
   const ImuSample& before = samples_.empty() ? sample : samples_.back();
   ClippedAxes clipped;
   for (int k = 0; k < 3; ++k) {
     const auto i = static_cast<std::size_t>(k);
     clipped.gyro[i] =
-        is_clipped(axes_[i], sample.gyro_radps[k], before.gyro_radps[k], kGyroLeast_radps);
+        is_clipped(axes_[i], sample.gyro_radps[k], before.gyro_radps[k], kGyroMin_radps);
     clipped.accel[i] =
-        is_clipped(axes_[i + 3], sample.accel_mps2[k], before.accel_mps2[k], kAccelLeast_mps2);
+        is_clipped(axes_[i + 3], sample.accel_mps2[k], before.accel_mps2[k], kAccelMin_mps2);
   }
   if (clipped.any()) clipped_.emplace_back(sample.t, clipped);
 }
@@ -112,7 +113,7 @@ double InertialBuffer::longest_gap_s(Time begin, Time end) const {
 
 namespace {
 
-/// The times at which the samples between two times change, the last one included.
+/// The times of the samples between two times, the last one included.
 std::vector<Time> stops_between(const InertialBuffer& buffer, Time begin, Time end) {
   std::vector<Time> stops;
   for (const ImuSample& s : buffer.between(begin + Duration{1}, end)) stops.push_back(s.t);
@@ -120,9 +121,9 @@ std::vector<Time> stops_between(const InertialBuffer& buffer, Time begin, Time e
   return stops;
 }
 
-/// What a sensor at the end of its range leaves out: a vehicle turns and brakes by about as much
-/// again. Along the other axes the sensor is as good as ever: a gyro that is too slow for a turn on
-/// the spot must not let the vehicle drive off meanwhile.
+/// Process noise for the motion that a sensor at the limit of its range does not measure: about as
+/// much again as it measures. The other axes are unaffected: a gyro that clips during a turn on the
+/// spot must not add noise to the translation.
 void add_clipped(FilterState& state, const ClippedAxes& clipped, double dt_s) {
   constexpr double kGyro_radps_rthz = 0.3;
   constexpr double kAccel_mps2_rthz = 1.0;
@@ -151,7 +152,7 @@ void propagate_over(FilterState& state, const InertialBuffer& buffer, Time t_end
     const Vec3 gyro = 0.5 * (a.gyro_radps + b.gyro_radps);
     const Vec3 accel = 0.5 * (a.accel_mps2 + b.accel_mps2);
     const double gap = std::max(1.0, dt_s / kStepMax_s);
-    // Half of the difference over the step, as a density.
+    // Half of the difference over the step, as a noise density.
     const double root_dt = 0.5 * std::sqrt(std::max(0.0, dt_s));
     const double turn = std::max(0.0, (b.gyro_radps - a.gyro_radps).norm() - kJoltGyro_radps);
     const double jolt = std::max(0.0, (b.accel_mps2 - a.accel_mps2).norm() - kJoltAccel_mps2);

@@ -26,7 +26,7 @@ class InertialBuffer {
  public:
   void add(const sensor::ImuSample& sample);
 
-  /// Forgets what is older than `t` (one sample before it is kept for interpolation).
+  /// Discards samples older than `t` (one before it is kept for interpolation).
   void drop_before(Time t);
 
   [[nodiscard]] bool empty() const { return samples_.empty(); }
@@ -37,18 +37,18 @@ class InertialBuffer {
   /// Samples in [begin, end].
   [[nodiscard]] std::vector<sensor::ImuSample> between(Time begin, Time end) const;
 
-  /// Longest stretch without a sample within [begin, end], in seconds.
+  /// Longest interval without a sample within [begin, end], in seconds.
   [[nodiscard]] double longest_gap_s(Time begin, Time end) const;
 
-  /// Axes on which a sample in [begin, end] stands at the end of its sensor's range: the vehicle
-  /// turned or accelerated by more than it says.
+  /// Axes on which a sample in [begin, end] is at the limit of its sensor's range: the true turn
+  /// rate or acceleration exceeds the measured one.
   [[nodiscard]] ClippedAxes clipped(Time begin, Time end) const;
 
  private:
-  /// Of one axis: its largest value, and how often values repeat exactly.
+  /// One axis: its largest value, and how often values repeat exactly.
   struct Axis {
-    double most = 0.0;
-    double repeats = 1.0;  ///< ratio of values that repeat the one before
+    double maximum = 0.0;
+    double repeats = 1.0;  ///< fraction of values that repeat the one before
     int in_a_row = 0;
   };
 
@@ -59,21 +59,21 @@ class InertialBuffer {
   std::array<Axis, 6> axes_;  ///< gyro, accelerometer
 };
 
-/// Propagates to t_end sample by sample; measured values are averaged over each interval, because
-/// a sample at its start lags by half an interval when the vehicle jolts. Appends the pose after
-/// each step to `poses`.
+/// Propagates to t_end sample by sample. Measured values are averaged over each interval, because a
+/// sample at its start lags by half an interval in a jolt. Appends the pose after each step to
+/// `poses`.
 void propagate_over(FilterState& state, const InertialBuffer& buffer, Time t_end,
                     const ProcessNoise& noise, std::vector<TimedPose>& poses);
 
-/// The integral of inertial data alone from one time to another: velocity and displacement that
-/// force and gravity add, in odom, and the rotation from the first body to the second.
+/// The integral of inertial data alone from one time to another: velocity and displacement from
+/// force and gravity, in odom, and the rotation from the first body to the second.
 struct InertialIntegral {
   geometry::Vec3 dv_mps = geometry::Vec3::Zero();
   geometry::Vec3 dp_m = geometry::Vec3::Zero();
   geometry::Mat3 dR = geometry::Mat3::Identity();
 };
 
-/// @param state  attitude, biases and gravity at state.t, where the integral begins
+/// @param state attitude, biases and gravity at state.t, where the integral starts
 [[nodiscard]] InertialIntegral integrate_from(const FilterState& state,
                                               const InertialBuffer& buffer, Time t_end);
 

@@ -11,9 +11,9 @@
 namespace rali::odometry {
 namespace {
 
-/// A second at 400 Hz of somebody who stands level and turns faster and faster, to 1.2 rad/s, with
-/// a gyro and an accelerometer that end at so much.
-InertialBuffer turning(double gyro_most_radps, double accel_most_mps2) {
+/// A second at 400 Hz of a level person who turns ever faster, up to 1.2 rad/s, with a gyro and an
+/// accelerometer of the given ranges.
+InertialBuffer turning(double gyro_max_radps, double accel_max_mps2) {
   InertialBuffer buffer;
   Rng rng(1, "turning");
   for (int k = 0; k <= 400; ++k) {
@@ -21,14 +21,14 @@ InertialBuffer turning(double gyro_most_radps, double accel_most_mps2) {
     s.t = Time::from_s(k / 400.0);
     s.gyro_radps = {0.01 * rng.normal(), 0.01 * rng.normal(), 0.003 * k + 0.01 * rng.normal()};
     s.accel_mps2 = {0.1 * rng.normal(), 0.1 * rng.normal(), 9.81 + 4.0 * (k > 300) + rng.normal()};
-    s.gyro_radps.z() = std::min(s.gyro_radps.z(), gyro_most_radps);
-    s.accel_mps2.z() = std::min(s.accel_mps2.z(), accel_most_mps2);
+    s.gyro_radps.z() = std::min(s.gyro_radps.z(), gyro_max_radps);
+    s.accel_mps2.z() = std::min(s.accel_mps2.z(), accel_max_mps2);
     buffer.add(s);
   }
   return buffer;
 }
 
-/// Covariance after the last tenth of that second, of a state that was known.
+/// Covariance after the last tenth of that second, from a state without uncertainty.
 StateCov grown(const InertialBuffer& buffer) {
   FilterState state;
   state.t = Time::from_s(0.9);

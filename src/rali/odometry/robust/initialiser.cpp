@@ -31,12 +31,12 @@ std::vector<TrackedPose> tail(const std::vector<TrackedPose>& track, double wind
   return out;
 }
 
-/// Covariance of accelerometer bias and gravity's direction when gravity was taken from the force
-/// that was felt: a bias is then missing in gravity.
-/// @param rest  covariance of gravity for other reasons [(m/s2)^2], in odom
+/// Covariance of accelerometer bias and gravity's direction if gravity was computed from the
+/// measured force: a bias then has the opposite error in gravity.
+/// @param rest covariance of gravity from other causes [(m/s2)^2], in odom
 Eigen::Matrix<double, 5, 5> bias_gravity_covariance(const Mat3& R_odom_body, const Vec3& g_mps2,
                                                     double bias_sigma_mps2, const Mat3& rest) {
-  // A turn by theta (at right angles to g) moves g by theta x g; solved for theta.
+  // A rotation by theta (perpendicular to g) moves g by theta x g; solved for theta.
   const Eigen::Matrix<double, 2, 3> J =
       gravity_basis(g_mps2).transpose() * geometry::skew(g_mps2) / g_mps2.squaredNorm();
   const Eigen::Matrix<double, 2, 3> J_bias = J * R_odom_body;
@@ -47,7 +47,7 @@ Eigen::Matrix<double, 5, 5> bias_gravity_covariance(const Mat3& R_odom_body, con
   return P;
 }
 
-/// The LiDAR saw the vehicle move within the window.
+/// The LiDAR shows that the vehicle moves within the window.
 bool lidar_saw_motion(const std::vector<TrackedPose>& window, double limit_m) {
   const TrackedPose& first = window.front();
   return std::any_of(window.begin(), window.end(), [&](const TrackedPose& p) {
@@ -60,7 +60,7 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
                                           const InertialBuffer& imu,
                                           const InitialisationSettings& settings,
                                           const ImuNoiseSettings& noise) {
-  // The first scans of a new map settle by centimetres: they do not count.
+  // The first poses of a new map settle by centimetres and are left out.
   const double window_s = settings.rest.window_s;
   if ((track.back().t - track.front().t).s() < window_s) return std::nullopt;
   const std::vector<TrackedPose> window = tail(track, 0.7 * window_s);
@@ -71,7 +71,7 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
       lidar_saw_motion(window, settings.rest_travel_max_m)) {
     return std::nullopt;
   }
-  // Whether it stands, the end of the track says; how well gravity is known, all that was quiet.
+  // The end of the track decides on standstill; all quiet data are used for gravity.
   std::vector<ImuSample> quiet = imu.between(track.front().t, track.back().t);
   imu::ImuStatistics quiet_blocks = imu::statistics(block_means(quiet));
   if (!is_quiet(quiet_blocks, settings.rest)) {
@@ -79,7 +79,8 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
     quiet_blocks = blocks;
   }
   const imu::ImuStatistics all = imu::statistics(quiet);
-  // Along a blind direction the LiDAR cannot prove that nothing moves. Wheels that do not shake do.
+  // Along a degenerate direction the LiDAR cannot prove standstill. An inertial sensor without
+  // shaking can.
   Mat3 displacement = window.back().covariance_m2 + window.front().covariance_m2;
   if ((all.accel_sd_mps2.array() < settings.still_accel_sd_max_mps2).all()) displacement.setZero();
   const double unseen_m = std::sqrt(displacement.diagonal().maxCoeff());
@@ -92,8 +93,8 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
       std::max(1e-4, noise.vibration_factor * noise.gyro_radps_rthz / std::sqrt(duration_s));
   const Vec3 f_odom = track.back().T_odom_body.R * all.accel_mean_mps2;
   guess.g_odom_mps2 = -settings.gravity_mps2 * f_odom.normalized();
-  // The part of the bias along gravity shows at rest; the horizontal part is indistinguishable
-  // from a tilt, which is what the covariance of gravity says.
+  // At standstill the bias is observable along gravity; its horizontal part is indistinguishable
+  // from a tilt, which the covariance of gravity expresses.
   guess.accel_bias_mps2 =
       (all.accel_mean_mps2.norm() - settings.gravity_mps2) * all.accel_mean_mps2.normalized();
   const double mean_var = quiet_blocks.accel_sd_mps2.cwiseAbs2().maxCoeff() / quiet_blocks.samples;
@@ -105,7 +106,7 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
   return guess;
 }
 
-/// Mean gyro bias that makes integrated rates agree with the LiDAR's rotations.
+/// Mean gyro bias for which integrated rates agree with the LiDAR's rotations.
 Vec3 gyro_bias_from_rotations(const std::vector<TrackedPose>& track, const InertialBuffer& imu) {
   Vec3 bias = Vec3::Zero();
   for (int round = 0; round < 3; ++round) {
@@ -131,8 +132,8 @@ Vec3 gyro_bias_from_rotations(const std::vector<TrackedPose>& track, const Inert
   return bias;
 }
 
-/// Velocity and position that the specific force alone gives from the first pose on, with the
-/// attitude of the LiDAR at each scan and of the gyro between scans.
+/// Velocity and position from the specific force alone since the first pose, with the attitude of
+/// the LiDAR at each scan and of the gyro between scans.
 struct ForceIntegral {
   std::vector<Vec3> dv, dp;  ///< at each pose of the track
 };
@@ -168,11 +169,11 @@ struct MotionFit {
   Eigen::Matrix<double, 9, 9> covariance;
 };
 
-/// @param g_guess  gravity as the mean force has it: holds where the LiDAR is blind
-/// @param speed_sigma_mps  of the first speed: the same
+/// @param g_guess gravity from the mean force: the prior where the LiDAR is degenerate
+/// @param speed_sigma_mps of the first speed: likewise
 MotionFit fit_motion(const std::vector<TrackedPose>& track, const ForceIntegral& force,
                      const Vec3& g_guess, double speed_sigma_mps) {
-  constexpr double kPoseFloor_m = 0.005;  // a young map is wrong by that much
+  constexpr double kPoseFloor_m = 0.005;  // error of the poses in a young map
   Eigen::Matrix<double, 9, 9> N = Eigen::Matrix<double, 9, 9>::Zero();
   Eigen::Matrix<double, 9, 1> rhs = Eigen::Matrix<double, 9, 1>::Zero();
   const double prior = 1.0 / (kMeanForceSigma_mps2 * kMeanForceSigma_mps2);
@@ -260,7 +261,8 @@ std::optional<InitialGuess> solve_initial(const std::vector<TrackedPose>& track,
                                           const ImuNoiseSettings& noise, double speed_usual_mps) {
   if (track.size() < 2 || imu.empty()) return std::nullopt;
   if (auto guess = solve_at_rest(track, imu, settings, noise)) {
-    // Standing now, it may have driven when the track began; how fast, the first scans tell.
+    // Now at standstill, it may have been moving when the track began; the first scans give that
+    // speed.
     const TrackedPose& later = track[std::min<std::size_t>(2, track.size() - 1)];
     guess->v_first_mps =
         (later.T_odom_body.p - track.front().T_odom_body.p) / (later.t - track.front().t).s();

@@ -17,7 +17,7 @@ using geometry::Vec3;
 const Vec3 kTrueBias(0.01, -0.02, 0.005);
 const Vec3 kGravity(0.3, -0.4, -9.797);  // odom is tilted by 3 degrees
 
-/// A hand-held motion, or none.
+/// A hand-held motion, or standstill.
 struct Motion {
   double size_m = 0.5;
   double lidar_noise_m = 0.002;
@@ -88,7 +88,7 @@ TEST(Initialiser, finds_gravity_and_gyro_bias_at_rest) {
 }
 
 TEST(Initialiser, knows_gravity_as_well_as_the_mean_of_all_that_was_quiet) {
-  // Of the last 0.7 s alone the direction would be known to 1.3 times as much; what is left of it
+  // From the last 0.7 s alone the sigma of the direction would be 1.3 times as large; that error
   // drives the pose off along a tunnel.
   constexpr int kRuns = 200;
   double sum2_rad2 = 0.0;
@@ -99,7 +99,7 @@ TEST(Initialiser, knows_gravity_as_well_as_the_mean_of_all_that_was_quiet) {
     InertialBuffer imu;
     std::vector<TrackedPose> track;
     still.record(1.2, imu, track);
-    track.back().T_odom_body = track.front().T_odom_body;  // the LiDAR's noise is not meant
+    track.back().T_odom_body = track.front().T_odom_body;  // excludes the LiDAR's noise
     track.back().T_odom_body.R.setIdentity();
     const auto guess = solve_initial(track, imu, {}, {});
     ASSERT_TRUE(guess && guess->at_rest);
@@ -122,7 +122,7 @@ TEST(Initialiser, takes_the_part_of_the_bias_along_gravity_at_rest) {
 }
 
 TEST(Initialiser, knows_the_sum_of_bias_and_gravity_better_than_each) {
-  // Else a vehicle that stands would be believed to accelerate by 0.1 m/s2.
+  // Otherwise a vehicle at standstill would appear to accelerate by 0.1 m/s2.
   Motion still;
   still.size_m = 0.0;
   InertialBuffer imu;
@@ -180,7 +180,7 @@ TEST(Initialiser, stands_where_the_lidar_is_blind_if_no_wheel_turns) {
 }
 
 TEST(Initialiser, stands_although_the_lidar_slides_where_it_is_blind) {
-  // A corridor seen by sparse rings, the map one scan old: poses run away along it.
+  // A corridor with sparse rings and a map one scan old: poses drift along it.
   Motion still;
   still.size_m = 0.0;
   InertialBuffer imu;
@@ -203,7 +203,7 @@ TEST(Initialiser, waits_in_motion_until_gravity_shows_although_the_lidar_is_blin
   moving.record(3.0, imu, track);
   for (TrackedPose& p : track) {
     const double t = p.t.s();
-    p.T_odom_body.p.x() += 0.5 * t * t;  // 1 m/s2 of which the LiDAR knows nothing
+    p.T_odom_body.p.x() += 0.5 * t * t;  // 1 m/s2 along the degenerate direction
     p.covariance_m2(0, 0) = 1.0 + t * t;
   }
   const auto early = solve_initial(track, imu, {}, {});
@@ -236,7 +236,7 @@ TEST(Initialiser, finds_gravity_and_speed_in_motion_within_their_sigma) {
 }
 
 TEST(Initialiser, takes_the_mean_force_for_gravity_the_more_the_longer_it_is) {
-  // Who changes speed by 1 m/s in 4 s has accelerated by 0.25 m/s2; in 1 s nobody by more than 0.7.
+  // A change of 1 m/s in 4 s is an acceleration of 0.25 m/s2; in 1 s it is at most 0.7.
   EXPECT_DOUBLE_EQ(mean_force_sigma_mps2(4.0), 0.25);
   EXPECT_DOUBLE_EQ(mean_force_sigma_mps2(1.0), 0.7);
   EXPECT_DOUBLE_EQ(mean_force_sigma_mps2(0.0), 0.7);
@@ -306,7 +306,7 @@ TEST(PropagateOver, ends_at_the_time_asked_for_and_leaves_a_pose_per_step) {
   EXPECT_EQ(poses.back().t, s.t);
   EXPECT_NEAR(s.T_odom_body.p.x(), 0.055, 1e-9);
   EXPECT_NEAR(geometry::so3_log(s.T_odom_body.R).z(), 0.055, 1e-9);
-  // A gap is crossed with the last sample and much more doubt than without it.
+  // A gap is bridged with the last sample and a much larger covariance than without a gap.
   FilterState gap = s;
   propagate_over(gap, b, Time::from_s(1.0), kNoise, poses);
   EXPECT_NEAR(gap.T_odom_body.p.x(), 1.0, 1e-6);

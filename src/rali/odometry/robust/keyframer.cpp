@@ -12,14 +12,15 @@ using geometry::SE3;
 
 namespace {
 
-// Registration against a map that hangs on the last poses is not independent: sigma of a
-// relative pose is never claimed smaller (algorithms 6.2).
+// Registration against a map built from the last poses is not independent: the sigma of a relative
+// pose has a lower bound (algorithms 6.2).
 constexpr double kSigmaFloor_m = 0.005;
 constexpr double kSigmaPerMeter = 0.001;
 constexpr double kSigmaFloor_rad = 0.02 * std::numbers::pi / 180.0;
 constexpr double kSigmaPerRootMeter_rad = 0.01 * std::numbers::pi / 180.0;
 
-/// Information of the relative pose in the previous body, capped; blind directions stay at zero.
+/// Information of the relative pose in the previous body, capped; degenerate directions stay at
+/// zero.
 Mat6 relative_information(const Mat6& I_odom, const SE3& previous, double distance_m) {
   Mat6 G = Mat6::Identity();
   G.block<3, 3>(3, 3) = previous.R;

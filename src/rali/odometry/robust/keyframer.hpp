@@ -10,7 +10,7 @@
 
 namespace rali::odometry {
 
-/// Decides which sweeps are kept for the map, and makes keyframes of them.
+/// Decides which scans are kept for the map, and makes keyframes of them.
 class Keyframer {
  public:
   explicit Keyframer(const KeyframeSettings& settings) : settings_(settings) {}

@@ -80,7 +80,8 @@ void Matcher::match(const PlaneMap& map, const SE3& T_odom_body, const Mat6& P_p
       continue;
     }
     const double r = plane.n.dot(d);
-    // Most points are so near that they match whatever the gate is: it costs more than the rest.
+    // Most points are so near that they match for any gate, whose computation is the costliest
+    // part.
     if (!(std::abs(r) > settings_.gate_min_m)) continue;
     const Vec3 m = R.transpose() * plane.n;
     Vec6 H;
@@ -156,10 +157,10 @@ std::optional<double> Matcher::mean_epoch(const Vec3& d_odom) const {
     const degeneracy::PlaneEvidence& plane = evidence_[k];
     const double along = d_odom.dot(plane.n_odom);
     const double noise = d_odom.dot(plane.normal_covariance * d_odom);
-    const double share = along * along - kNormalSigmas * kNormalSigmas * noise;
-    if (share <= 0.0) continue;
-    epoch_sum += plane.weight * share * epochs_[k];
-    weight_sum += plane.weight * share;
+    const double fraction = along * along - kNormalSigmas * kNormalSigmas * noise;
+    if (fraction <= 0.0) continue;
+    epoch_sum += plane.weight * fraction * epochs_[k];
+    weight_sum += plane.weight * fraction;
   }
   if (weight_sum <= 0.0) return std::nullopt;
   return epoch_sum / weight_sum;
@@ -208,7 +209,7 @@ Hold Matcher::hold_along(const PlaneMap& map, const SE3& T_odom_body, const Vec3
   return out;
 }
 
-/// One point: its noise and that of the plane there add up to one variance.
+/// One point: its noise and the plane's at that position add up to one variance.
 void Matcher::add_point(const Group& group, const PlaneInBody& plane, LidarSystem& system) {
   const double w = group.m[9];
   const Vec3 p = Vec3(group.m[3], group.m[6], group.m[8]) / w;
@@ -225,8 +226,8 @@ void Matcher::add_point(const Group& group, const PlaneInBody& plane, LidarSyste
 
 void Matcher::add_moments(const Group& group, const PlaneInBody& plane, LidarSystem& system) {
   // With p~ = [p; 1]: the Jacobian is H^T = L p~, the residual rho^T p~ and the influence of the
-  // plane's three errors A^T = B p~, so the moments M = sum w p~ p~^T are all that is needed.
-  // L = [-m^ 0; 0 n], B = [e1 c1; e2 c2; 0 -1]; the zeros are not multiplied.
+  // plane's three errors A^T = B p~, so the moments M = sum w p~ p~^T suffice. L = [-m^ 0; 0 n], B
+  // = [e1 c1; e2 c2; 0 -1]; the zeros are not multiplied.
   const double* g = group.m;
   Mat3 P;
   P << g[0], g[1], g[2], g[1], g[4], g[5], g[2], g[5], g[7];

@@ -11,7 +11,7 @@
 
 namespace rali::odometry {
 
-/// Noise of one LiDAR point and how outliers are treated (algorithms 2.3, 2.4).
+/// Noise of one LiDAR point and the treatment of outliers (algorithms 2.3, 2.4).
 struct MatchSettings {
   double range_sigma_m = 0.02;  ///< RobustSettings::range_sigma_m, or as measured
   double beam_sigma_rad = 0.0017;
@@ -32,39 +32,39 @@ struct MatchSettings {
   }
 };
 
-/// Gauss-Newton system of one iteration in boxplus order (rotation, position), errors of planes
-/// accounted once for all points of a plane (algorithms 2.4).
+/// Gauss-Newton system of one iteration in boxplus order (rotation, position). The error of a plane
+/// counts once for all of its points (algorithms 2.4).
 struct LidarSystem {
   geometry::Mat6 I = geometry::Mat6::Zero();
   geometry::Vec6 b = geometry::Vec6::Zero();
   int matches = 0;
   double residual_sum2_m2 = 0.0;  ///< of matched points, robustly weighted
   double weight_sum = 0.0;
-  double mean_epoch = 0.0;  ///< of the matched planes, weighted by what each tells
+  double mean_epoch = 0.0;  ///< of the matched planes, weighted by their information
 };
 
-/// Information on the position along a direction, of points on established planes that face it
+/// Information on the position along a direction, from points on established planes that face it
 /// (degeneracy::faces) [1/m^2].
 struct Hold {
   double here = 0.0;
-  double elsewhere = 0.0;  ///< were the pose a step ahead or behind: the larger
+  double elsewhere = 0.0;  ///< the same with the pose a step ahead or behind: the larger
 };
 
-/// Which planes may be partners of a point.
+/// Which planes may match a point.
 enum class Reach {
-  kNear,    ///< the nearest, in this cell or the next: for a guess that may be half a cell off
-  kCell,    ///< that of its cell
-  kPoints,  ///< that of its cell, where its own points surround it: beyond, nobody measured it
+  kNear,    ///< the nearest, in this cell or the next: the guess may be half a cell off
+  kCell,    ///< the plane of its cell
+  kPoints,  ///< the plane of its cell, within the extent of its points only
 };
 
-/// Matches the points of a scan with the planes of the map and sums what they tell.
+/// Matches the points of a scan with the planes of the map and sums their information.
 class Matcher {
  public:
   explicit Matcher(const MatchSettings& settings) : settings_(settings) {}
 
   void set_range_sigma(double sigma_m) { settings_.range_sigma_m = sigma_m; }
 
-  /// Sets the points of the scan (body frame); `p_body_lidar` is where the rays start.
+  /// Sets the points of the scan (body frame); `p_body_lidar` is the origin of the rays.
   void set_points(const BodyPoints& points, const geometry::Vec3& p_body_lidar);
 
   [[nodiscard]] std::size_t size() const { return points_.size(); }
@@ -76,7 +76,7 @@ class Matcher {
   /// Sums residuals at the given pose over the matches of the last match().
   [[nodiscard]] LidarSystem accumulate(const PlaneMap& map, const geometry::SE3& T_odom_body);
 
-  /// What each plane told in the last accumulate().
+  /// Information of each plane in the last accumulate().
   [[nodiscard]] const std::vector<degeneracy::PlaneEvidence>& evidence() const { return evidence_; }
 
   /// Mean generation (drift.hpp) of the planes that constrain a translation, as of the last
@@ -84,11 +84,11 @@ class Matcher {
   /// @param d_odom unit vector
   [[nodiscard]] std::optional<double> mean_epoch(const geometry::Vec3& d_odom) const;
 
-  /// Points whose planes of the last match() face a direction. @param d_odom unit vector
+  /// Number of points matched to planes that face a direction. @param d_odom unit vector
   [[nodiscard]] std::size_t points_facing(const PlaneMap& map, const geometry::Vec3& d_odom) const;
 
-  /// Of the matches of the last match(), looked for again a step ahead and a step behind.
-  /// @param d_odom unit vector  @param newest_epoch planes of later generations are not established
+  /// Of the matches of the last match(), and again a step ahead and a step behind.
+  /// @param d_odom unit vector @param newest_epoch planes of later generations are not established
   [[nodiscard]] Hold hold_along(const PlaneMap& map, const geometry::SE3& T_odom_body,
                                 const geometry::Vec3& d_odom, double step_m,
                                 double newest_epoch) const;
@@ -114,7 +114,7 @@ class Matcher {
     }
   };
 
-  /// A plane seen from the body: a point p of the body lies c + n.p above it.
+  /// A plane relative to the body: a point p of the body lies c + n.p above it.
   struct PlaneInBody {
     geometry::Vec3 n, e1, e2;  // body
     geometry::Vec3 n_odom;

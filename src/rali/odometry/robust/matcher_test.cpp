@@ -30,19 +30,19 @@ BodyPoints points_of(const std::vector<Vec3>& list) {
   return out;
 }
 
-/// One plane in one huge cell: `points` in it, first fitted when all are there.
+/// One plane in one huge cell with `points` points, fitted when all are inserted.
 PlaneMapSettings one_cell(double voxel_m, int points) {
   PlaneMapSettings settings;
   settings.voxel_m = voxel_m;
   settings.freeze_points = 100000;
   settings.plane.points_min = points;
-  settings.plane.sigma_floor_m = 0.02;  // points are exact: the floor is then their noise
+  settings.plane.sigma_floor_m = 0.02;  // exact points: the floor acts as their noise
   settings.plane.sigma_between_m = 0.0;
   settings.plane.width_min_ratio = 0.0;  // small patches in a huge cell
   return settings;
 }
 
-// Test T2 of the design, moved by 50 m so that all lies in one cell.
+// Test T2 of the design, shifted by 50 m so that all points lie in one cell.
 TEST(Matcher, has_the_residual_and_jacobian_of_the_worked_example) {
   PlaneMap map(one_cell(100.0, 100));
   Patch patch;
@@ -71,7 +71,7 @@ TEST(Matcher, has_the_residual_and_jacobian_of_the_worked_example) {
   EXPECT_LT((system.I - W * H * H.transpose()).norm(), 1e-5 * W);
 }
 
-/// Test T4: the plane has N = 100, s = 2 cm, tilt sd 0.005 about both axes; the body stands in it.
+/// Test T4: the plane has N = 100, s = 2 cm, tilt sd 0.005 about both axes; the body lies in it.
 struct CorrelatedPlane {
   PlaneMap map{settings()};
   SE3 T{geometry::Mat3::Identity(), Vec3(5.0, 5.0, 5.0)};
@@ -89,7 +89,7 @@ struct CorrelatedPlane {
   static MatchSettings noise() {
     MatchSettings out;
     out.beam_sigma_rad = 0.0;
-    out.rough_sigma_m = 0.02;  // points are seen edge-on: range noise has no part
+    out.rough_sigma_m = 0.02;  // points are seen edge-on: range noise has no effect
     return out;
   }
 
@@ -129,8 +129,8 @@ TEST(Matcher, many_points_on_one_plane_know_it_no_better_than_the_map) {
   EXPECT_NEAR(1e3 / std::sqrt(s.I(1, 1)), 5.01, 0.005);
 }
 
-/// What the matcher must give, computed the long way: pose and the planes' three errors are all
-/// unknowns, Jacobians are numerical, planes are marginalised at the end.
+/// Reference for the matcher: pose and the planes' three errors are all unknowns, Jacobians are
+/// numerical, planes are marginalised at the end.
 struct BruteForce {
   const PlaneMap& map;
   MatchSettings settings;
@@ -211,8 +211,8 @@ TEST(Matcher, system_is_that_of_brute_force_with_planes_as_unknowns) {
   }
   const BodyPoints cloud = points_of(wanted);
   MatchSettings settings;
-  settings.gate_min_m = 1.0;     // all of them count, also far out: robust weights differ from 1
-  settings.range_sigma_m = 0.0;  // its part is taken out of b: see the test of oblique walls
+  settings.gate_min_m = 1.0;     // all match, also distant ones: robust weights differ from 1
+  settings.range_sigma_m = 0.0;  // see the test of oblique walls
   settings.rough_sigma_m = 0.02;
   BruteForce brute{map, settings, {}, {}};
   for (std::size_t i = 0; i < cloud.size(); ++i) {
@@ -239,7 +239,7 @@ TEST(Matcher, refuses_points_outside_the_gate_and_without_plane) {
       points_of({Vec3(0.5, 0.0, 0.04), Vec3(0.5, 0.0, 0.2), Vec3(50.0, 0.0, 0.0)}), Vec3::Zero());
   setup.matcher.match(setup.map, setup.T, Mat6::Zero(), Reach::kPoints);
   EXPECT_EQ(setup.matcher.accumulate(setup.map, setup.T).matches, 1);
-  // A pose known to 10 cm opens the gate for the second.
+  // A pose sigma of 10 cm opens the gate for the second point.
   setup.matcher.match(setup.map, setup.T, 0.01 * Mat6::Identity(), Reach::kPoints);
   EXPECT_EQ(setup.matcher.accumulate(setup.map, setup.T).matches, 2);
 }
@@ -265,12 +265,12 @@ TEST(Matcher, weighs_an_outlier_down) {
   EXPECT_LT(pull(0.8), pull(0.06));  // far beyond the knee it pulls less, not more
 }
 
-/// Walls across the way, and the points of a scan from the origin on the first of them.
-struct AcrossTheWay {
+/// Walls across the path, and the points of a scan from the origin on the first of them.
+struct AcrossThePath {
   PlaneMap map{PlaneMapSettings{}};
   std::vector<Vec3> points;
 
-  AcrossTheWay(double epoch, const std::vector<double>& walls_m) {
+  AcrossThePath(double epoch, const std::vector<double>& walls_m) {
     Rng rng(3);
     for (const double x_m : walls_m) {
       for (int k = 0; k < 400; ++k) {
@@ -296,7 +296,7 @@ struct AcrossTheWay {
 };
 
 TEST(Matcher, a_wall_across_holds_the_way_in_one_place) {
-  const AcrossTheWay wall(4.0, {10.75});
+  const AcrossThePath wall(4.0, {10.75});
   const Hold hold = wall.hold(5.0);
   EXPECT_EQ(wall.matched().points_facing(wall.map, Vec3::UnitX()), 40U);
   EXPECT_GT(hold.here, 1e4);
@@ -304,24 +304,24 @@ TEST(Matcher, a_wall_across_holds_the_way_in_one_place) {
 }
 
 TEST(Matcher, what_stands_there_twice_holds_the_way_elsewhere_too) {
-  const Hold hold = AcrossTheWay(4.0, {10.75, 10.35}).hold(5.0);
+  const Hold hold = AcrossThePath(4.0, {10.75, 10.35}).hold(5.0);
   EXPECT_GT(hold.here, 1e4);
   EXPECT_GT(hold.elsewhere, 0.9 * hold.here);
 }
 
 TEST(Matcher, what_was_seen_first_a_moment_ago_holds_nothing) {
-  EXPECT_EQ(AcrossTheWay(6.0, {10.75}).hold(5.0).here, 0.0);
-  EXPECT_GT(AcrossTheWay(0.0, {10.75}).hold(0.0).here, 1e4) << "what was there before does";
+  EXPECT_EQ(AcrossThePath(6.0, {10.75}).hold(5.0).here, 0.0);
+  EXPECT_GT(AcrossThePath(0.0, {10.75}).hold(0.0).here, 1e4) << "what was there before does";
 }
 
 TEST(Matcher, a_wall_beside_holds_nothing_along_it) {
-  const AcrossTheWay wall(4.0, {10.75});
+  const AcrossThePath wall(4.0, {10.75});
   EXPECT_EQ(wall.matched().points_facing(wall.map, Vec3::UnitY()), 0U);
   EXPECT_EQ(wall.matched().hold_along(wall.map, SE3{}, Vec3::UnitY(), 0.4, 5.0).here, 0.0);
 }
 
-/// What is measured within a patch of a long wall, 3 m to the left, about 4 m ahead: noise along
-/// the rays brings points in and takes others out.
+/// Points measured within a patch of a long wall, 3 m to the left, about 4 m ahead: noise along the
+/// rays moves points in and out.
 std::vector<Vec3> cut_from_a_wall(double range_sigma_m, Rng& rng) {
   std::vector<Vec3> out;
   while (out.size() < 400) {
@@ -332,9 +332,9 @@ std::vector<Vec3> cut_from_a_wall(double range_sigma_m, Rng& rng) {
   return out;
 }
 
-// Noise along a ray moves a point along the wall and across it at once, but where it was measured
-// says nothing about its noise. Taken out all the same, it turns the wall by 7 mrad, always to the
-// same side: s^2 d1 dn / l, with noise s along the ray d and spread l of the wall's piece.
+// Noise along a ray moves a point along and across the wall at once, but the position of a point is
+// independent of its noise. Subtracting it nevertheless would rotate the wall by 7 mrad, always to
+// the same side: s^2 d1 dn / l, with noise s along the ray d and spread l of the wall's piece.
 TEST(Matcher, noise_along_the_rays_does_not_turn_a_wall_seen_obliquely) {
   PlaneMap map(one_cell(10.0, 100));
   Patch patch;
@@ -357,7 +357,7 @@ TEST(Matcher, noise_along_the_rays_does_not_turn_a_wall_seen_obliquely) {
     matcher.set_points(points_of(cut_from_a_wall(settings.range_sigma_m, rng)), Vec3::Zero());
     matcher.match(map, T, 1e-4 * Mat6::Identity(), Reach::kPoints);
     const LidarSystem system = matcher.accumulate(map, T);
-    // Turning about the patch itself: heading, and the shift across that keeps its middle.
+    // Rotation about the patch itself: heading, and the lateral shift that keeps its centre.
     Vec6 about_patch = Vec6::Zero();
     about_patch[2] = 1.0;
     about_patch[4] = -4.0;

@@ -7,8 +7,8 @@
 
 namespace rali::odometry {
 
-/// A square of points for tests: side x side points, `spacing_m` apart, seen straight on, so that
-/// the fitted plane is exact.
+/// A square of points for tests: side x side points, `spacing_m` apart, seen at normal incidence,
+/// so that the fitted plane is exact.
 struct Patch {
   geometry::Vec3 center = geometry::Vec3::Zero();
   geometry::Vec3 n = geometry::Vec3::UnitZ();
@@ -29,8 +29,8 @@ inline void insert_patch(PlaneMap& map, const Patch& patch) {
   }
 }
 
-/// A wall of cells of the map, `cells` in each direction from `first`, each filled by one patch;
-/// walls lie in the middle of their cells.
+/// A wall of map cells, `cells` in each direction from `first`, each filled by one patch; walls lie
+/// in the middle of their cells.
 inline void insert_wall(PlaneMap& map, const geometry::Vec3& first, const geometry::Vec3& n,
                         const geometry::Vec3& along, const geometry::Vec3& up, int cells_along,
                         int cells_up) {

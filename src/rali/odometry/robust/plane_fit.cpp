@@ -36,52 +36,51 @@ Mat3 PointSums::mean_ray_product() const {
 
 Mat3 PointSums::noise_in(const Mat3& C, double range_var) const {
   using Rows = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
-  constexpr double kLeast_m2 = 1e-8;  // C of points on a line has no inverse
+  constexpr double kMin_m2 = 1e-8;  // C of points on a line has no inverse
   const double inverse = 1.0 / n;
   const Mat3 U = mean_ray_product();
   const Vec3 w = inverse * Eigen::Map<const Vec3f>(leaving).cast<double>();
   const Mat3 W = inverse * Eigen::Map<const Rows>(leaving_at).cast<double>();
   const Mat3 A = range_var * (U - W + w * (inverse * sum).transpose());
-  const Mat3 inverse_C = (C + kLeast_m2 * Mat3::Identity()).inverse();
+  const Mat3 inverse_C = (C + kMin_m2 * Mat3::Identity()).inverse();
   const double explained = std::min(range_var, (A * inverse_C * A.transpose()).trace());
   return A + A.transpose() - explained * U;
 }
 
 namespace {
 
-/// Unevenness of a surface [m]. 3, 5, 7 and 8 mm gave equal figures in simulation: cones are seen
-/// at some thousandths to hundredths of a radian, where each of them leaves nothing.
+/// Unevenness of a surface [m]. 3, 5, 7 and 8 mm gave equal results in simulation: the cones of
+/// rings are grazed at thousandths to hundredths of a radian, where each value leaves no width.
 constexpr double kUneven_m = 0.005;
 
-/// What of the spread along `across` shows the surface, not how the rays graze it [m^2].
+/// The part of the spread along `across` that comes from the surface, not from grazing rays [m^2].
 ///
-/// Where a ray meets a surface at the angle g, an unevenness h moves the point along the ray by
-/// h / sin g; an angle that the pose is off by does the same. The points of one ring lie on its
-/// cone, whatever the surface is, so that their best plane is the cone's own: spread wide along
-/// the rays, thin, and tilted by the angle of the ring. Nobody sees a surface edge-on: by the angle
-/// at which a plane that contains its rays would be seen, nothing of its spread is left.
+/// If a ray meets a surface at the angle g, an unevenness h moves the point along the ray by h /
+/// sin g; an angular error of the pose has the same effect. The points of one ring lie on its cone
+/// whatever the surface, so their best plane is that of the cone: wide along the rays, thin, and
+/// tilted by the angle of the ring. A surface is never seen edge-on. A plane that contains its rays
+/// would be grazed at an angle at which nothing of its spread remains.
 /// @param rays  mean of ray ray^T
 double width_beyond_grazing(double spread_m2, const Vec3& across, const Vec3& normal,
                             const Mat3& rays) {
-  constexpr double kLeast = 1e-8;
-  const double sine2 = std::max(kLeast, normal.dot(rays * normal));
+  constexpr double kMin = 1e-8;
+  const double sine2 = std::max(kMin, normal.dot(rays * normal));
   return spread_m2 - kUneven_m * kUneven_m / sine2 * across.dot(rays * across);
 }
 
-/// How far from their mean the points of a plane reach: sqrt(3) sigma if they lie evenly, and a
-/// margin for a patch that grows while the vehicle drives. Beyond, a plane of a whole cell says
-/// what nobody measured: two rings on two surfaces, wall and ceiling, say, span a plane that is
-/// 10 degrees off, and half a metre from both the error is a decimetre.
+/// Extent of a plane's points from their mean: sqrt(3) sigma if they are uniform, plus a margin for
+/// a patch that grows while the vehicle drives. Beyond it a plane of a whole cell extrapolates. Two
+/// rings on two surfaces, such as wall and ceiling, span a plane that is 10 degrees off: half a
+/// metre from both the error is a decimetre.
 double reach(double spread_m2) {
   constexpr double kSigmas = 2.0;  // 3: half of the gain
   constexpr double kMargin_m = 0.05;
   return kSigmas * std::sqrt(spread_m2) + kMargin_m;
 }
 
-/// Ten points of a round blob look four times as wide as thick in one cell of six, and a blob's
-/// normal points anywhere: along a tunnel, too. Whether two spreads that are equal in truth differ
-/// as much by chance: with W = 4 a b/(a + b)^2, W^((n - 2)/2) is uniform (Mauchly 1940, two
-/// dimensions).
+/// In one cell of six, ten points of a round blob look four times as wide as thick, and a blob's
+/// normal points anywhere, also along a tunnel. Tests whether two equal spreads differ as much by
+/// chance: with W = 4 a b/(a + b)^2, W^((n - 2)/2) is uniform (Mauchly 1940, two dimensions).
 bool flat_by_chance(double wide, double thick, double n) {
   constexpr double kChance = 0.03;
   const double sum = wide + thick;
@@ -94,19 +93,19 @@ bool flat_by_chance(double wide, double thick, double n) {
 FitResult fit_plane(const PointSums& sums, const Vec3& origin, double edge_m, bool finest,
                     const PlaneSettings& settings, Plane& plane) {
   if (sums.n < settings.points_min) return FitResult::kTooFew;
-  // Range noise lies along the rays. One ring on the floor spreads along it as far as a narrow
-  // plane would, and its best plane contains the ray instead of the floor: a false plane tilted
-  // by the ray's angle. What noise adds is therefore taken out before the axes are found.
+  // Range noise lies along the rays. One ring on the floor spreads along them like a narrow plane,
+  // and its best plane contains the ray instead of the floor: a false plane tilted by the ray's
+  // angle. So the noise is subtracted before the axes are computed.
   const Mat3 measured = sums.covariance();
   const double range_var = settings.range_sigma_m * settings.range_sigma_m;
   const geometry::Pca3 pca = geometry::pca3(measured - sums.noise_in(measured, range_var));
   const Vec3 normal = pca.vectors.col(2);
-  // No spread that all of the noise could explain makes a surface thick, or wide.
+  // Spread that the full noise could explain makes a surface neither thick nor wide.
   const Mat3 rays = sums.mean_ray_product();
-  const Mat3 least = measured - range_var * rays;
-  const double thickness_m2 = normal.dot(least * normal);
+  const Mat3 minimum = measured - range_var * rays;
+  const double thickness_m2 = normal.dot(minimum * normal);
   const Vec3 across = pca.vectors.col(1);
-  const double spread_m2 = std::min(pca.values[1], across.dot(least * across));
+  const double spread_m2 = std::min(pca.values[1], across.dot(minimum * across));
   const double width_m2 = width_beyond_grazing(spread_m2, across, normal, rays);
   const double excess = finest ? settings.excess_max_finest_m : settings.excess_max_m;
   if (thickness_m2 > excess * excess) return FitResult::kTooThick;
@@ -114,20 +113,20 @@ FitResult fit_plane(const PointSums& sums, const Vec3& origin, double edge_m, bo
   if (width_m2 < width * width) return FitResult::kTooFew;
   const double l3 = std::max(0.0, normal.dot(measured * normal));
   if (width_m2 < 4.0 * l3) return finest ? FitResult::kTooFew : FitResult::kTooThick;
-  // Three spots lie in a plane, whatever they are on.
+  // Three spots always lie in a plane.
   const double m = sums.samples;
   if (m < 4.0 || flat_by_chance(width_m2, l3, m)) return FitResult::kTooFew;
   const double n = sums.n;
   const double floor = settings.sigma_floor_m * settings.sigma_floor_m;
   const double s2 = std::max(floor, l3 * m / (m - 3.0));
-  // Scans disagree by millimetres; spread over a narrow plane that is a large tilt.
+  // Scans disagree by millimetres, which over a narrow plane is a large tilt.
   const double between = settings.sigma_between_m * settings.sigma_between_m;
   plane.q = origin + sums.sum / n;
   plane.e1 = pca.vectors.col(0);
   plane.e2 = pca.vectors.col(1);
   plane.n = normal;
-  // A slope is a mean product of place and height over the true spread. Measured places spread more
-  // than that, and the density on the faces is known from the few points near them.
+  // A slope is the mean product of position and height, divided by the true spread. Measured
+  // positions spread more than that, and the density at the faces is estimated from few points.
   const auto var_tilt = [&](const Vec3& e, double spread) {
     const double cross = range_var * e.dot(rays * normal);
     const double product =

@@ -11,31 +11,32 @@ namespace rali::odometry {
 
 /// Running sums of the points in a cell of the map, relative to its centre, for plane fitting.
 struct PointSums {
-  /// Points nearer to a face of the cell than this share of its edge show how dense points are on
-  /// that face.
+  /// Points nearer to a face of the cell than this fraction of its edge measure the point density
+  /// on that face.
   static constexpr double kShell = 0.125;
 
   int n = 0;
-  /// Points that show a part of the surface anew. A sensor that stands measures the same few spots
-  /// with each scan: that shows how noisy the points are, not what is between them.
+  /// Points that sample a new part of the surface. At standstill a sensor measures the same spots
+  /// with each scan: that shows the noise of the points, not the surface between them.
   int samples = 0;
-  std::uint64_t looked_at = 0;  ///< of 4 x 4 x 4 parts: where rays passed nearest to the centre
+  std::uint64_t looked_at =
+      0;  ///< bits of 4 x 4 x 4 parts: where rays passed nearest to the centre
   geometry::Vec3 sum = geometry::Vec3::Zero();
   // xx xy xz yy yz zz of the points, and of the unit rays that measured them
   double products[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-  double epoch_sum = 0.0;  ///< of the generations (drift.hpp) in which the points came
+  double epoch_sum = 0.0;  ///< of the generations (drift.hpp) of the points
   float rays[6] = {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
-  /// Sums over the points near faces of s ray and of s ray p^T, row by row, where s is the ray
-  /// along the outward normal / thickness of the shell (noise_in()).
+  /// Sums over the points near faces of s ray and of s ray p^T, row by row, where s is the
+  /// component of the ray along the outward normal / thickness of the shell (noise_in()).
   float leaving[3] = {0.0F, 0.0F, 0.0F};
   float leaving_at[9] = {0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
 
   /// @param p relative to the cell's centre [m]  @param ray unit  @param edge_m of the cell
-  /// @param new_view the sensor has moved since the view before: each point is a sample
+  /// @param new_view the sensor has moved since the last view: each point is a sample
   void add(const geometry::Vec3& p, const geometry::Vec3f& ray, double epoch, double edge_m,
            bool new_view = true) {
     ++n;
-    // Noise along the ray leaves the point of the ray that is nearest to the centre where it is.
+    // Noise along the ray does not move the point of the ray that is nearest to the centre.
     const geometry::Vec3 r = ray.cast<double>();
     const std::uint64_t part = part_of(p - p.dot(r) * r, edge_m);
     if (new_view || (looked_at & part) == 0) ++samples;
@@ -57,22 +58,22 @@ struct PointSums {
     add_near_faces(p.cast<float>(), ray, static_cast<float>(edge_m));
   }
 
-  /// Covariance of the points as measured.
+  /// Covariance of the measured points.
   [[nodiscard]] geometry::Mat3 covariance() const;
 
   /// Mean of ray ray^T.
   [[nodiscard]] geometry::Mat3 mean_ray_product() const;
 
-  /// What range noise has added to covariance().
+  /// The part of covariance() that range noise has added.
   ///
-  /// Noise e moves a point along its ray, to p. Where the cell holds a surface whole, that adds
-  /// E[e e^T]. Where points lie as densely on both sides of a face, as many have come in by noise
-  /// as have gone, and where a point was measured says nothing about its noise: E[e e^T] taken out
-  /// of such a cell tilts the surface towards the sensor. By Tweedie's formula (Efron 2011) E[e|p]
-  /// = -S grad log f(p), with S = range_var ray ray^T and f the density of measured points. Over
-  /// the cell, by parts: A = E[e p^T] = S (I - sum over faces of density normal p^T). The surface
-  /// is at p - e, so A + A^T - E[e e^T] has been added; what of E[e e^T] is within the cell is what
-  /// p explains of it, A C^-1 A^T.
+  /// Noise e moves a point along its ray, to p. If the cell contains the whole surface, that adds
+  /// E[e e^T]. If the point density is the same on both sides of a face, noise moves as many points
+  /// in as out, and the position of a point is independent of its noise. Subtracting E[e e^T] from
+  /// such a cell would tilt the surface towards the sensor. By Tweedie's formula (Efron 2011)
+  /// E[e|p] = -S grad log f(p), with S = range_var ray ray^T and f the density of measured points.
+  /// Over the cell, by parts: A = E[e p^T] = S (I - sum over faces of density normal p^T). The
+  /// surface is at p - e, so A + A^T - E[e e^T] has been added; within the cell, E[e e^T] is the
+  /// part that p explains, A C^-1 A^T.
   /// @param C covariance()
   [[nodiscard]] geometry::Mat3 noise_in(const geometry::Mat3& C, double range_var) const;
 
@@ -100,25 +101,25 @@ struct PointSums {
   }
 };
 
-/// Limits for what counts as a plane and what its errors are (algorithms 2.3).
+/// Limits for planes, and their errors (algorithms 2.3).
 struct PlaneSettings {
   int points_min = 10;
-  /// Range noise whose part in the spread is taken out: RobustSettings::range_sigma_m, or as
-  /// measured.
+  /// Range noise that is subtracted from the spread: RobustSettings::range_sigma_m, or as measured.
   double range_sigma_m = 0.02;
-  /// Thickness beyond what range noise explains, at most; cells of the finest level may be
-  /// rougher, since they cannot be split.
+  /// Maximum thickness beyond what range noise explains; cells of the finest level may be rougher,
+  /// since they cannot be split.
   double excess_max_m = 0.012;
   double excess_max_finest_m = 0.05;
-  /// While sweeps cannot be undistorted (no point times): surfaces are bent by the motion within
-  /// a sweep, and splitting them until they look flat only makes their tilt worse.
+  /// Used if scans cannot be undistorted (no point times): motion within a scan bends surfaces, and
+  /// splitting them until they look flat only worsens their tilt.
   double excess_max_bent_m = 0.03;
-  /// sqrt(l2) at least, as a share of the cell's edge (a filled cell has 0.29): one ring is a
-  /// line, and what little it spreads shows the errors of poses, not the surface.
+  /// Minimum sqrt(l2), as a fraction of the cell's edge (a filled cell has 0.29): one ring is a
+  /// line, and its small spread shows the errors of poses, not the surface.
   double width_min_ratio = 0.12;
-  double sigma_floor_m = 0.003;      ///< measured noise along the normal not below
+  double sigma_floor_m = 0.003;      ///< lower bound of the noise along the normal
   double sigma_systematic_m = 0.01;  ///< common offset of all points of a plane
-  double sigma_between_m = 0.003;    ///< offset between the scans that filled a cell: tilts it
+  double sigma_between_m =
+      0.003;  ///< offset between the scans that filled a cell; it tilts the plane
 
   template <class V>
   void visit(V& v) {
@@ -137,9 +138,9 @@ struct PlaneSettings {
   }
 };
 
-/// A plane with the covariance of its three parameters: tilt about the axes (n rises by a along
-/// e1, by b along e2) and offset c along n. Source: algorithms 2.3. It is known where its points
-/// are; what lies beyond them in the same cell may be another surface.
+/// A plane with the covariance of its three parameters: tilt about the axes (n rises by a along e1,
+/// by b along e2) and offset c along n. Source: algorithms 2.3. It is valid within the extent of
+/// its points; beyond them the same cell may contain another surface.
 struct Plane {
   geometry::Vec3 q = geometry::Vec3::Zero();  ///< mean of its points [m]
   geometry::Vec3 n = geometry::Vec3::UnitZ();
@@ -148,12 +149,12 @@ struct Plane {
   double var_tilt1 = 0.0;   ///< [rad^2], along e1
   double var_tilt2 = 0.0;   ///< [rad^2], along e2
   double var_offset = 0.0;  ///< [m^2]
-  double reach1_m = 0.0;    ///< so far from q along e1 there are points of it
+  double reach1_m = 0.0;    ///< extent of its points from q along e1
   double reach2_m = 0.0;    ///< the same along e2
   double epoch = 0.0;       ///< mean generation of its points
   double var_normal = 0.0;  ///< measured noise of its points along n [m^2]
 
-  /// Its points surround the place.
+  /// The position is within the extent of its points.
   [[nodiscard]] bool reaches(const geometry::Vec3& from_q_m) const {
     return std::abs(e1.dot(from_q_m)) <= reach1_m && std::abs(e2.dot(from_q_m)) <= reach2_m;
   }
@@ -162,7 +163,7 @@ struct Plane {
 enum class FitResult {
   kPlane,
   kTooFew,   ///< points, or spread of points: more may make it a plane
-  kTooThick  ///< something else than one plane is in the cell
+  kTooThick  ///< the cell contains more than one plane
 };
 
 /// Fits a plane to the sums. @param origin of the sums, in the frame of the result.

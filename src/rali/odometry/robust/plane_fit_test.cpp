@@ -29,7 +29,7 @@ TEST(PointSums, give_mean_and_covariance) {
   EXPECT_EQ(sums.epoch_sum, 6.0);
 }
 
-/// A patch of floor at z = -1 seen from the origin with noise along the rays.
+/// A patch of floor at z = -1, observed from the origin with noise along the rays.
 struct Scene {
   double x_m = 0.5, y_m = 0.0;  ///< centre of the patch
   double width_m = 0.6, depth_m = 0.6;
@@ -56,7 +56,7 @@ struct Statistics {
   int planes = 0;
 };
 
-/// 200 trials; what the data alone claim, without the systematic floors.
+/// 200 trials, with the variances from the data alone, without the systematic floors.
 Statistics monte_carlo(const Scene& scene) {
   PlaneSettings settings;
   settings.sigma_systematic_m = 0.0;
@@ -106,7 +106,7 @@ TEST(FitPlane, claims_the_errors_it_makes_when_range_noise_is_oblique) {
 }
 
 TEST(FitPlane, claims_the_errors_it_makes_at_a_grazing_angle) {
-  // 6 degrees: range noise lies nearly in the plane; using it whole would claim 10 times too much.
+  // 6 degrees: range noise lies nearly in the plane; using all of it would give 10 times too much.
   expect_honest(monte_carlo({10.0, 0.0}), "6 degrees");
 }
 
@@ -114,8 +114,8 @@ TEST(FitPlane, claims_the_errors_of_a_rough_surface) {
   expect_honest(monte_carlo({0.5, 0.0, 0.6, 0.6, 60, 0.02, 0.008}), "rough");
 }
 
-// A sensor better than the setting: the fit takes out noise that is not there. The systematic
-// tilt of the default settings must cover what that does.
+// A sensor better than the setting: the fit subtracts noise that does not exist. The systematic
+// tilt of the default settings must cover the effect.
 TEST(FitPlane, stays_honest_with_its_floors_when_the_sensor_is_better_than_the_setting) {
   Rng rng(2, "better");
   const PlaneSettings settings;
@@ -138,7 +138,7 @@ TEST(FitPlane, stays_honest_with_its_floors_when_the_sensor_is_better_than_the_s
   EXPECT_LT(worst, 4.0);  // 2 sigma in the worst of four views
 }
 
-/// A wall along x that fills its cell and goes on beyond: the cell keeps what was measured in it.
+/// A wall along x that extends beyond its cell: the cell keeps what was measured in it.
 /// @param bearing_rad between ray and wall
 PointSums cut_from_a_wall(double edge_m, double bearing_rad, double noise_m, int points, Rng& rng) {
   PointSums sums;
@@ -159,7 +159,7 @@ struct Tilts {
   int planes = 0;
 };
 
-/// Of the wall's normal along x.
+/// Tilt of the wall's normal along x.
 Tilts tilts_of_a_wall(double edge_m, double bearing_rad, double noise_m, int points) {
   PlaneSettings settings;
   settings.range_sigma_m = noise_m;
@@ -183,8 +183,9 @@ Tilts tilts_of_a_wall(double edge_m, double bearing_rad, double noise_m, int poi
   return out;
 }
 
-// Walls of a tunnel ahead and behind, seen obliquely, all tilted towards where they were seen from:
-// a funnel that holds the vehicle back when it drives on (0.57 of the speed, 13 m in 21 m).
+// Walls of a tunnel ahead and behind, seen obliquely, all tilted towards the earlier sensor
+// positions: a funnel that holds the vehicle back when it drives on (0.57 of the speed, 13 m in 21
+// m).
 TEST(FitPlane, does_not_tilt_a_wall_that_goes_on_beyond_the_cell) {
   for (const double edge_m : {0.8, 0.4, 0.2}) {
     for (const double noise_m : {0.02, 0.03}) {
@@ -222,8 +223,7 @@ TEST(FitPlane, does_not_make_a_plane_of_one_ring) {
   EXPECT_LT(worst, 4.0);
 }
 
-/// One ring on the floor ahead, 0.5 m below, taken by scans whose pitch is off by some
-/// milliradians.
+/// One ring on the floor ahead, 0.5 m below, from scans whose pitch is off by some milliradians.
 PointSums ring_of_scans(double distance_m, int scans, Rng& rng) {
   constexpr double kHeight_m = 0.5;
   constexpr double kPitch_rad = 0.0015;
@@ -231,7 +231,7 @@ PointSums ring_of_scans(double distance_m, int scans, Rng& rng) {
   const Vec3 origin(distance_m, 0.0, -kHeight_m);
   PointSums sums;
   for (int scan = 0; scan < scans; ++scan) {
-    // The beam is where the pose says it is; what it hits is not.
+    // The ray lies where the pose puts it; the point it hits does not.
     const double hit_m = kHeight_m / (down + kPitch_rad * rng.normal());
     for (int i = -8; i <= 8; ++i) {
       const Vec3 ray = Vec3(1.0, 0.4 / distance_m * i / 8.0, -down).normalized();
@@ -261,7 +261,7 @@ TEST(FitPlane, does_not_make_a_plane_of_the_cone_of_one_ring) {
 }
 
 /// Of 200 edges between floor and wall, each measured at the same four spots by 13 scans, how many
-/// count as planes.
+/// become planes.
 int planes_of_edges(bool new_views) {
   constexpr double kCell_m = 0.2;
   Rng rng(6);
@@ -288,8 +288,9 @@ int planes_of_edges(bool new_views) {
   return planes;
 }
 
-// A sensor that stands measures the same spots again. Counted as points of their own they made a
-// plane of the four, in any direction: such planes hold the first metres of a drive in a tunnel.
+// At standstill a sensor measures the same spots again. Counted as separate points they made a
+// plane of the four, in any direction: such planes hold back the first metres of a drive in a
+// tunnel.
 TEST(FitPlane, does_not_take_spots_measured_again_for_more_of_the_surface) {
   EXPECT_GT(planes_of_edges(true), 60);
   EXPECT_LT(planes_of_edges(false), 12);
@@ -306,7 +307,7 @@ PointSums grid(int side, double spacing_m, double thickness_m) {
   return sums;
 }
 
-TEST(FitPlane, tells_too_few_from_too_thick) {
+TEST(FitPlane, reports_too_few_from_too_thick) {
   PlaneSettings settings;
   Plane plane;
   EXPECT_EQ(fit_plane(grid(3, 0.1, 0.0), Vec3::Zero(), kEdge_m, false, settings, plane),
@@ -321,7 +322,7 @@ TEST(FitPlane, tells_too_few_from_too_thick) {
             FitResult::kTooFew);
 }
 
-/// Of 2000 round blobs, how many count as planes.
+/// Of 2000 round blobs, how many become planes.
 int planes_of_blobs(int points) {
   Rng rng(5);
   PlaneSettings settings;
@@ -339,8 +340,8 @@ int planes_of_blobs(int points) {
   return planes;
 }
 
-// Noise of 4 cm in a cell of 20 cm: one blob of seven was a plane, with a normal known to 0.15 rad
-// that pointed anywhere. In a tunnel such normals hold the vehicle where nothing does.
+// Noise of 4 cm in a cell of 20 cm: one blob of seven became a plane, with a random normal of sigma
+// 0.15 rad. In a tunnel such normals constrain the degenerate direction.
 TEST(FitPlane, does_not_make_planes_of_round_blobs) {
   EXPECT_LE(planes_of_blobs(10), 80);  // 307 by the ratio of four alone
   EXPECT_LE(planes_of_blobs(15), 80);  // 102

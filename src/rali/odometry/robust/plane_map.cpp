@@ -56,7 +56,7 @@ int PlaneMap::root_cell(int ix, int iy, int iz) const {
   return -1;
 }
 
-/// New empty cells; the index of the first.
+/// Adds empty cells and returns the index of the first.
 int PlaneMap::add_cells(std::size_t n) {
   const std::size_t first = nodes_.size();
   nodes_.resize(first + n);
@@ -94,7 +94,7 @@ void PlaneMap::grow() {
 }
 
 void PlaneMap::set_view(const SE3& T_odom_lidar) {
-  // A part of the smallest cells, and the turn that moves a point as far at 5 m.
+  // A fraction of the smallest cells, and the rotation that moves a point as far at 5 m.
   constexpr double kMoved_m = 0.05;
   constexpr double kTurned_rad = 0.01;
   const geometry::Vec6 moved = geometry::boxminus(T_odom_lidar, T_odom_view_);
@@ -150,12 +150,13 @@ void PlaneMap::refit(int index, const Vec3& origin, int level) {
   if (fit == FitResult::kTooFew) return;
   node.plane = -1;
   if (finest) {
-    if (n >= settings_.freeze_points) node.children = kFrozen;  // never a plane: stop trying
+    if (n >= settings_.freeze_points) node.children = kFrozen;  // never a plane: give up
     return;
   }
-  // What it held is forgotten: its points cannot be told apart any more, and more will come.
+  // Its sums are dropped: they cannot be split into points, and more points will come.
   const int children = add_cells(8);
-  nodes_[static_cast<std::size_t>(index)].children = children;  // the vector may have moved
+  nodes_[static_cast<std::size_t>(index)].children =
+      children;  // the vector may have been reallocated
 }
 
 int PlaneMap::descend(int index, const Vec3& origin, const Vec3& p) const {
@@ -198,7 +199,7 @@ int PlaneMap::find(const Vec3& p_odom_m) const {
 void PlaneMap::consider(int ix, int iy, int iz, const Vec3& p, int& best, double& best_m) const {
   const int root = root_cell(ix, iy, iz);
   if (root < 0) return;
-  // In a neighbour cell the child nearest to the point is asked.
+  // In a neighbour cell, uses the child nearest to the point.
   const Vec3 center = center_of(ix, iy, iz, settings_.voxel_m);
   const double inside = 0.499 * settings_.voxel_m;
   const Vec3 clamped = (p - center).cwiseMax(-inside).cwiseMin(inside) + center;
@@ -232,7 +233,7 @@ std::size_t PlaneMap::prune(const Vec3& center_odom_m) {
   PlaneMap kept(settings_);
   const double radius2 = settings_.keep_radius_m * settings_.keep_radius_m;
   const std::size_t before = roots_;
-  // Slots in table order: the table depends only on what was inserted and when.
+  // Slots in table order, which depends only on the insertions and their order.
   for (const Slot& slot : slots_) {
     if (slot.cell < 0) continue;
     constexpr std::uint64_t kMask = (1ULL << 21) - 1;

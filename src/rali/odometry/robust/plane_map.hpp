@@ -11,11 +11,11 @@
 namespace rali::odometry {
 
 struct PlaneMapSettings {
-  double voxel_m = 0.8;          ///< edge of a root cell; split twice where it holds no plane
-  int freeze_points = 400;       ///< a plane of so many points takes no more
-  double refit_growth = 1.25;    ///< fit again when the number of points has grown so much
-  int roots_max = 400000;        ///< beyond: cells far from the vehicle are forgotten
-  double keep_radius_m = 150.0;  ///< what is nearer is never forgotten
+  double voxel_m = 0.8;          ///< edge of a root cell; split twice if it holds no plane
+  int freeze_points = 400;       ///< a plane with this many points takes no more
+  double refit_growth = 1.25;    ///< refit when the number of points has grown by this factor
+  int roots_max = 400000;        ///< beyond: cells far from the vehicle are removed
+  double keep_radius_m = 150.0;  ///< cells within are never removed
   PlaneSettings plane;
 
   template <class V>
@@ -33,34 +33,35 @@ struct PlaneMapSettings {
 /// The map of the filter: planes with covariance in a sparse octree of three levels
 /// (0.8, 0.4, 0.2 m) over an open-addressing hash of root cells, all in odom.
 ///
-/// A cell gathers sums of points; when they form a plane it is one, refitted as points come and
-/// frozen when it has enough; when they do not, its eight children gather instead. Wide planes
-/// with a measured thickness are what keeps the information honest (algorithms 2.2, 2.3).
+/// A cell accumulates sums of points. If they form a plane it holds one, refitted as points come
+/// and frozen when it has enough; if not, its eight children accumulate instead. Wide planes with a
+/// measured thickness keep the information consistent (algorithms 2.2, 2.3).
 class PlaneMap {
  public:
   explicit PlaneMap(const PlaneMapSettings& settings);
 
-  /// What is inserted from now on was measured from there. Until the sensor has moved by 5 cm, or
-  /// turned as far, a point is a sample of the surface only where no ray has passed before.
+  /// Sets the sensor pose of later insertions. Until the sensor has moved by 5 cm, or turned as
+  /// far, a point is a sample of the surface only where no ray has passed before.
   void set_view(const geometry::SE3& T_odom_lidar);
 
   /// @param ray_odom unit vector from the sensor to the point.
-  /// @param epoch generation of the pose that saw it (drift.hpp).
+  /// @param epoch generation of the observing pose (drift.hpp).
   void insert(const geometry::Vec3& p_odom_m, const geometry::Vec3f& ray_odom, double epoch);
 
-  /// Where no cell holds a plane, those of this scan count, until the next takes its place.
+  /// Planes of this scan are used where no cell holds a plane, until the next call.
   void set_scan(const ViewPlanes& scan);
 
-  /// Whether it is time for another one.
+  /// Whether the sensor has moved far enough for a new set_scan().
   [[nodiscard]] bool wants_scan(const geometry::SE3& T_odom_lidar) const {
     return !scan_ || scan_->is_left(T_odom_lidar);
   }
 
-  /// Index of the plane in whose cell the point lies, else of that in its direction; -1 if none.
+  /// Index of the plane in whose cell the point lies, else of the scan's plane in its direction; -1
+  /// if none.
   [[nodiscard]] int find(const geometry::Vec3& p_odom_m) const;
 
-  /// As find(), but also looks into the root cells beyond the nearest faces and takes the plane
-  /// with the smallest distance along its normal: for a guess that may be half a cell off.
+  /// As find(), but also searches the root cells beyond the nearest faces and takes the plane with
+  /// the smallest distance along its normal: for a guess that may be half a cell off.
   [[nodiscard]] int find_near(const geometry::Vec3& p_odom_m) const;
 
   [[nodiscard]] const Plane& plane(int index) const {
@@ -73,10 +74,10 @@ class PlaneMap {
 
   [[nodiscard]] bool empty() const { return roots_ == 0; }
 
-  /// Forgets root cells farther than the keep radius from `center` if there are too many. Looked
-  /// for again only after roots_max / 8 new ones: it costs a copy of the map, which must not be
-  /// paid with every sweep where the radius alone holds too many.
-  /// @return number of root cells forgotten.
+  /// Removes root cells farther than the keep radius from `center` if there are too many. Repeated
+  /// only after roots_max / 8 new ones: it copies the map, which would be too slow with every scan
+  /// if the cells within the radius alone are too many.
+  /// @return number of root cells removed.
   std::size_t prune(const geometry::Vec3& center_odom_m);
 
   [[nodiscard]] const PlaneMapSettings& settings() const { return settings_; }
@@ -86,16 +87,16 @@ class PlaneMap {
  private:
   static constexpr int kLevels = 3;
 
-  /// What a search reads of a cell: small, so that eight children are one line of the cache.
+  /// The part of a cell that a search reads: small, so that eight children fit one cache line.
   struct Node {
     int plane = -1;          ///< index into planes_
     int children = kGather;  ///< index of the first of eight cells, or one of the two below
   };
 
   static constexpr int kGather = -1;  ///< no children: the cell takes points
-  static constexpr int kFrozen = -2;  ///< no children: it takes no more
+  static constexpr int kFrozen = -2;  ///< no children: the cell takes no more points
 
-  /// What a cell has gathered.
+  /// The part of a cell that insertion updates.
   struct Gathered {
     PointSums sums;
     int refit_at = 0;
@@ -122,12 +123,12 @@ class PlaneMap {
   double inverse_voxel_ = 1.0;  ///< [1/m]
   std::vector<Slot> slots_;
   std::vector<Node> nodes_;
-  std::vector<Gathered> gathered_;  ///< beside nodes_
+  std::vector<Gathered> gathered_;  ///< parallel to nodes_
   std::vector<Plane> planes_;
   std::optional<ViewPlanes> scan_;
   std::vector<int>
-      scan_planes_;            ///< index into planes_ of each plane of it: taken over by the next
-  geometry::SE3 T_odom_view_;  ///< where the newest view began
+      scan_planes_;  ///< index into planes_ of each of its planes; the next scan reuses the slots
+  geometry::SE3 T_odom_view_;  ///< where the newest view started
   bool new_view_ = true;
   std::size_t roots_ = 0;
   std::size_t prune_above_ = 0;  ///< roots

@@ -55,7 +55,7 @@ TEST(PlaneMap, splits_a_cell_that_holds_floor_and_wall) {
   EXPECT_NEAR(std::abs(map.plane(wall).n.y()), 1.0, 1e-6);
 }
 
-/// Planes of four spots that are measured by ten scans.
+/// Number of planes from four spots that are measured by ten scans.
 std::size_t planes_of_four_spots(double step_m) {
   const Vec3 spots[] = {{0.3, 0.3, 0.5}, {0.5, 0.3, 0.5}, {0.3, 0.5, 0.5}, {0.5, 0.5, 0.5}};
   PlaneMap map{PlaneMapSettings{}};
@@ -89,11 +89,11 @@ TEST(PlaneMap, makes_few_planes_of_a_bush) {
     found +=
         map.find(Vec3(rng.uniform(0.0, 0.8), rng.uniform(0.0, 0.8), rng.uniform(0.0, 0.8))) >= 0;
   }
-  EXPECT_LT(found, 50);  // by chance, in the finest cells, which are allowed to be rough
+  EXPECT_LT(found, 50);  // by chance, in the finest cells, which may be rough
 }
 
-// The commonest false plane of sensors with few rings: one ring on the floor at a grazing angle,
-// whose range noise gives it width.
+// The most frequent false plane of sensors with few rings: one ring on the floor at a grazing
+// angle, widened by range noise.
 TEST(PlaneMap, one_ring_on_the_floor_is_no_plane_or_lies_within_its_claimed_sigma) {
   Rng rng(3, "ring");
   int planes = 0;
@@ -179,7 +179,7 @@ TEST(PlaneMap, forgets_what_is_far_when_there_are_too_many_cells_and_keeps_the_r
   EXPECT_EQ(map.plane(index).q, near_one.q);
   EXPECT_EQ(map.plane_count(), map.root_count());
   EXPECT_EQ(map.prune(Vec3::Zero()), 0U);  // few enough now
-  // It still takes points.
+  // Insertion still works.
   insert_patch(map, {Vec3(40.4, 0.4, 0.3), Vec3::UnitZ()});
   EXPECT_GE(map.find(Vec3(40.4, 0.4, 0.3)), 0);
 }

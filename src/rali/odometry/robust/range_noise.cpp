@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kTriplesMin = 500;
 constexpr std::size_t kTriplesMax = 20000;
 constexpr float kStepMax_rad = 0.02F;  // between neighbours of one ring
-constexpr float kGrazing = 2.0F;       // range changes by less than so many times the arc
+constexpr float kGrazing = 2.0F;       // maximum change of range, relative to the arc
 constexpr double kMedianOfNormal = 0.6745;
 
 /// The last two returns of a laser.
@@ -25,7 +25,8 @@ struct Last {
   int count = 0;
 };
 
-/// Neighbours on one surface: little apart in angle, and in range no more than a slanted wall is.
+/// Neighbours on one surface: a small angle apart, with a range difference of at most a slanted
+/// wall.
 bool is_near(const Vec3f& p, float p_m, const Vec3f& q, float q_m, float& angle_rad) {
   const float cosine = p.dot(q) / (p_m * q_m);
   angle_rad = std::sqrt(std::max(0.0F, 2.0F * (1.0F - cosine)));
@@ -55,7 +56,7 @@ std::optional<double> measure_range_noise(const sensor::LidarScan& scan) {
     last = {last.b, p, last.range_b_m, range_m, last.count + 1};
   }
   if (second_m.size() < kTriplesMin) return std::nullopt;
-  // Edges are few: the median does not see them.
+  // Edges are few, so the median ignores them.
   const auto middle = second_m.begin() + static_cast<std::ptrdiff_t>(second_m.size() / 2);
   std::nth_element(second_m.begin(), middle, second_m.end());
   return static_cast<double>(*middle) / (kMedianOfNormal * std::sqrt(6.0));

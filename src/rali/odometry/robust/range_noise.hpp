@@ -6,9 +6,9 @@
 
 namespace rali::odometry {
 
-/// Standard deviation of a range [m], measured in one scan: by how much three returns that a laser
-/// gives one after the other on a smooth surface miss a line. Nothing where rings are not known or
-/// too few triples lie on surfaces.
+/// Standard deviation of a range [m], measured in one scan: the deviation from a line of three
+/// consecutive returns of a laser on a smooth surface. Nothing if rings are not known or too few
+/// triples lie on surfaces.
 [[nodiscard]] std::optional<double> measure_range_noise(const sensor::LidarScan& scan);
 
 }  // namespace rali::odometry

@@ -9,7 +9,7 @@
 namespace rali::odometry {
 namespace {
 
-/// A square room of 8 m seen by 16 rings, column by column.
+/// A square room of 8 m scanned by 16 rings, column by column.
 sensor::LidarScan room(double sigma_m, bool rings = true) {
   sensor::LidarScan scan;
   scan.has_rings = rings;

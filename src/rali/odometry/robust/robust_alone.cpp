@@ -14,19 +14,20 @@ using sensor::LidarScan;
 
 namespace {
 
-/// Without inertial data scans farther apart than this are not near each other: the velocity may
-/// have become any.
+/// Without inertial data, scans farther apart than this are not consecutive: the velocity may have
+/// changed arbitrarily.
 constexpr double kFarApart_s = 0.25;
 constexpr int kYoungMap = 3;
-/// A sensor in the hand or on a vehicle indoors: how far it can have gone and turned meanwhile.
+/// Limits of motion between scans, for a sensor in the hand or on a vehicle indoors.
 constexpr double kSpeed_mps = 10.0;
 constexpr double kTurn_radps = 4.0;
-/// Of points seen by both of two scans. With the right pose edges and who walks by make less.
+/// Fraction of points seen by both of two scans. At the right pose, edges and passers-by cause
+/// less.
 constexpr double kConflictMax = 0.03;
-/// Scans of a hand-held sensor and of a car have 0.002 at worst: more asks for a second look.
+/// Scans of a hand-held sensor and of a car have at most 0.002: above this a second search is made.
 constexpr double kConflictUsual = 0.004;
 
-/// The state as it was last known with certainty, at `t`, with room for any motion of the limits.
+/// The last reliable state, propagated to `t`, with a covariance for any motion within the limits.
 FilterState anywhere_near(const FilterState& last, Time t) {
   constexpr double kSigmas = 2.0;
   const double span_s = (t - last.t).s();
@@ -60,16 +61,16 @@ double RobustOdometry::conflict_at(const ScanView& view) const {
   return last_view_->compare(view, T_odom_last.inverse() * T_odom_lidar).conflict();
 }
 
-/// Without inertial data the prediction may be anything, and the nearest solution of the
-/// registration a wrong one. A pose at which the rays of two scans in a row go through what the
-/// other saw is not believed: the scan is looked for wherever the vehicle can have gone meanwhile.
+/// Without inertial data the prediction may be arbitrary, and the nearest minimum of the
+/// registration a wrong one. A pose is rejected if the rays of two consecutive scans pass through
+/// surfaces of the other. The scan is then searched wherever the vehicle can have moved.
 /// @return false if it fits nowhere
 bool RobustOdometry::settle_alone(const LidarScan& scan, const FilterState& predicted,
                                   UpdateResult& done) {
   constexpr double kPoor = 0.6;  // of the usual fit
   constexpr double kGain = 0.2;
   BodyPoints body;
-  sweep_motion(scan).apply(scan, sampler_.insert_indices(), body);
+  scan_motion(scan).apply(scan, sampler_.insert_indices(), body);
   ScanView view(body, calibration_.T_body_lidar.p);
   const int matches_min = settings_.update.matches_min;
   if (last_view_) {
@@ -92,17 +93,17 @@ bool RobustOdometry::settle_alone(const LidarScan& scan, const FilterState& pred
   return true;
 }
 
-/// The first scan of a map is what the next is compared with.
-void RobustOdometry::begin_view(const LidarScan& scan) {
+/// The first scan of a map is the reference for the next.
+void RobustOdometry::start_view(const LidarScan& scan) {
   if (has_imu_) return;
   BodyPoints body;
-  sweep_motion(scan).apply(scan, sampler_.insert_indices(), body);
+  scan_motion(scan).apply(scan, sampler_.insert_indices(), body);
   last_view_ = std::make_unique<ScanView>(body, calibration_.T_body_lidar.p);
   last_settled_ = state_;
 }
 
-/// Looks for the scan wherever the vehicle can have gone since the last one that fitted, first
-/// nearby: far away some place fits a little at each heading.
+/// Searches the pose wherever the vehicle can have moved since the last scan that fitted, nearby
+/// first: far away some position fits to some degree at each heading.
 void RobustOdometry::search_widely(const FilterState& predicted, const ScanView& view,
                                    UpdateResult& done) {
   constexpr double kReaches[] = {0.2, 1.0};
@@ -127,19 +128,20 @@ void RobustOdometry::search_widely(const FilterState& predicted, const ScanView&
   }
 }
 
-/// Registers from `start` and goes there, if the scan fits better there or, unlike where it is,
-/// contradicts nothing.
+/// Registers from `start` and keeps the result if the scan fits better there or, unlike at the
+/// current pose, contradicts nothing.
 void RobustOdometry::try_start(const FilterState& wide, const SE3& start, const ScanView& view,
                                UpdateResult& done) {
   constexpr double kBetter = 1.2;
-  constexpr int kRounds = 2;  // the first goes a long way with few planes found
+  constexpr int kRounds = 2;  // the first moves far with few matches
   const FilterState best = state_;
   const bool was_possible = conflict_at(view) < kConflictMax;
   SE3 from = start;
   UpdateResult elsewhere;
   for (int round = 0; round < kRounds; ++round) {
     state_ = wide;
-    elsewhere = update_with_scan(state_, matcher_, map_, from, settings_, axes_, blind_, false);
+    elsewhere =
+        update_with_scan(state_, matcher_, map_, from, settings_, axes_, degenerate_, false);
     from = state_.T_odom_body;
   }
   const bool possible = conflict_at(view) < kConflictMax;
@@ -151,8 +153,8 @@ void RobustOdometry::try_start(const FilterState& wide, const SE3& start, const 
   done = elsewhere;
 }
 
-/// A scan that fits nowhere: the pose stays where it was last known, as doubtful as any motion
-/// since then makes it. After a while a new map begins there.
+/// A scan that fits nowhere: the pose stays at the last reliable one, with a covariance for any
+/// motion since then. After a while a new map starts there.
 void RobustOdometry::stray(const FilterState& predicted, FindingList& findings) {
   constexpr double kLost_s = 2.0;
   constexpr double kLostScans = 4.0;

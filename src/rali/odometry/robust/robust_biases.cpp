@@ -10,17 +10,17 @@ using geometry::Vec3;
 
 namespace {
 
-/// Beyond so many sigma of its prior a bias is none.
+/// A bias is rejected beyond this many sigma of its prior.
 constexpr double kBiasSigmas = 3.0;
 
 }  // namespace
 
-/// A bias that would have to be larger than any such sensor has explains a contradiction, not a
-/// bias: it stays, and the noise is taken for larger until the contradiction is gone.
+/// A bias estimate larger than any such sensor has is caused by contradictory data. The bias is
+/// kept, and the noise is increased until the contradiction is gone.
 void RobustOdometry::refuse_biases(const Vec3& gyro_before, const Vec3& accel_before,
                                    FindingList& findings) {
   constexpr double kBoost = 1.2;
-  constexpr double kBoostMost = 10.0;
+  constexpr double kBoostMax = 10.0;
   const InitialisationSettings& init = settings_.initialisation;
   const auto leaves = [](const Vec3& now, const Vec3& before, double limit) {
     return now.norm() > limit && now.norm() > before.norm();
@@ -32,14 +32,14 @@ void RobustOdometry::refuse_biases(const Vec3& gyro_before, const Vec3& accel_be
   if (!gyro && !accel) return;
   if (gyro) state_.gyro_bias_radps = gyro_before;
   if (accel) state_.accel_bias_mps2 = accel_before;
-  noise_boost_ = std::min(kBoostMost, kBoost * noise_boost_);
+  noise_boost_ = std::min(kBoostMax, kBoost * noise_boost_);
   if (!refusal_) refusal_ = Refusal{state_.t, state_.t, gyro};
   refusal_->last = state_.t;
   constexpr double kLongest_s = 30.0;  // one that goes on is reported in parts
   if (seconds_between(refusal_->begin, refusal_->last) > kLongest_s) report_refusal(findings);
 }
 
-/// A contradiction is over once no bias was refused for a while; the next one is another.
+/// A contradiction ends once no bias was refused for a while; the next one counts separately.
 void RobustOdometry::end_refusal(Time now, FindingList& findings) {
   constexpr double kOver_s = 2.0;
   if (refusal_ && seconds_between(refusal_->last, now) > kOver_s) report_refusal(findings);

@@ -5,7 +5,7 @@
 
 #include "rali/odometry/robust/driven_for_test.hpp"
 
-// Biases that would leave their prior by more than three sigma are contradictions, not biases.
+// Bias updates beyond three sigma of their prior are contradictions, not biases.
 
 namespace rali::odometry {
 namespace {
@@ -18,24 +18,24 @@ FindingList refusals(const Driven& driven) {
   return out;
 }
 
-/// A push that no turn-on bias of a data sheet explains, from the start on.
+/// A force beyond the turn-on bias of any data sheet, from the start on.
 constexpr double kPush_mps2 = 0.8;
 constexpr int kStart = 16;  ///< scans until the vehicle drives off
 constexpr double kLimit_mps2 = 3.0 * InitialisationSettings{}.accel_bias_sigma_mps2;
 
 TEST(Biases, one_that_would_cross_three_sigma_stays_and_the_noise_widens) {
   Driven driven(small_room(), kStart, true), undisturbed(small_room(), kStart, true);
-  double most_mps2 = 0.0;
+  double max_mps2 = 0.0;
   ScanResult result;
   for (int k = 0; k < 40; ++k) {
     result = drive_pushed(driven, 1, kPush_mps2);
-    most_mps2 = std::max(most_mps2, result.accel_bias_mps2.norm());
+    max_mps2 = std::max(max_mps2, result.accel_bias_mps2.norm());
   }
   const imu::NoiseDensity calm = drive_pushed(undisturbed, 40, 0.0).inertial_noise;
-  EXPECT_LE(most_mps2, kLimit_mps2);
-  EXPECT_GT(most_mps2, 0.9 * kLimit_mps2);
+  EXPECT_LE(max_mps2, kLimit_mps2);
+  EXPECT_GT(max_mps2, 0.9 * kLimit_mps2);
   EXPECT_GT(result.inertial_noise.accel_mps2_rthz, 2.0 * calm.accel_mps2_rthz);
-  // Of the gyro nothing but the contradiction is to be seen: the joint graph is given that too.
+  // The gyro shows only the contradiction: the joint graph receives the larger noise too.
   EXPECT_GT(result.inertial_noise.gyro_radps_rthz, 1.3 * calm.gyro_radps_rthz);
   const geometry::Vec3 off_m = result.T_odom_body.p - driven.room.pose(driven.t_end.s()).p;
   EXPECT_LT(off_m.norm(), 0.03) << "the LiDAR sees the motion";
@@ -43,16 +43,16 @@ TEST(Biases, one_that_would_cross_three_sigma_stays_and_the_noise_widens) {
 
 TEST(Biases, each_contradiction_is_reported_once_with_its_interval) {
   OdometrySettings settings;
-  settings.imu_noise.accel_walk_mps3_rthz = 0.3;  // a bias that wanders crosses its limit again
+  settings.imu_noise.accel_walk_mps3_rthz = 0.3;  // a wandering bias crosses its limit again
   Driven driven(small_room(), kStart, true, settings);
-  const double begin_s = driven.t_end.s();
+  const double start_s = driven.t_end.s();
   drive_pushed(driven, 30, kPush_mps2);
   const double end_s = driven.t_end.s();
   drive_pushed(driven, 60, 0.0);
   ASSERT_EQ(refusals(driven).size(), 1U);
   const Finding first = refusals(driven)[0];
   EXPECT_LT(first.t, first.t_end);
-  EXPECT_GT(first.t.s(), begin_s);
+  EXPECT_GT(first.t.s(), start_s);
   EXPECT_LT(first.t_end.s(), end_s + 0.5);
   EXPECT_NE(first.text.find("accelerometer's"), std::string::npos) << first.text;
   drive_pushed(driven, 34, kPush_mps2);
@@ -70,8 +70,8 @@ TEST(Biases, of_a_good_sensor_nothing_is_refused) {
   EXPECT_TRUE(refusals(driven).empty());
 }
 
-// An accelerometer of 0.3 m/s2/rtHz, ten times what is typical and claimed. Before the vehicle has
-// driven nothing but standing has shown it.
+// An accelerometer of 0.3 m/s2/rtHz, ten times the typical and claimed value. Before the vehicle
+// has driven only standstill reveals it.
 TEST(RestNoise, what_is_measured_at_standstill_is_the_least_that_is_used) {
   OdometrySettings settings;
   settings.robust.initialisation.rest.accel_sd_max_mps2 = 10.0;
@@ -81,8 +81,8 @@ TEST(RestNoise, what_is_measured_at_standstill_is_the_least_that_is_used) {
   for (const TestRoom& room : {small_room(), noisy}) {
     Driven driven(room, 0, true, settings);
     ScanResult result;
-    while (!result.inertial && driven.sweeps < 40) result = driven.sweep();
-    result = driven.sweep();
+    while (!result.inertial && driven.scans < 40) result = driven.scan();
+    result = driven.scan();
     ASSERT_TRUE(result.inertial);
     const double truth = room.accel_noise_mps2 * std::sqrt(0.005);
     EXPECT_GT(result.inertial_noise.accel_mps2_rthz, 0.8 * truth);

@@ -16,34 +16,34 @@ constexpr double kHonestNis = 6.0;  // of six degrees of freedom
 
 }  // namespace
 
-/// Adds what a scan says, as gone through.
+/// Adds the fit of one replayed scan.
 void RobustOdometry::add_fit(const LidarScan& scan, const UpdateResult& done,
                              const Vec3& ahead_odom, FirstSpeedFit& fit) const {
   constexpr double kSlipSigma_mps = 0.1;
   fit.nis += done.nis;
   if (settings_.constraints.non_holonomic) {
-    const Vec3 rate = gyro_rate(scan.t_begin, scan.t_end).value_or(state_.gyro_bias_radps);
+    const Vec3 rate = gyro_rate(scan.t_start, scan.t_end).value_or(state_.gyro_bias_radps);
     const double sigma = kSlipSigma_mps + kSlipPerRate_m * (rate - state_.gyro_bias_radps).norm();
     const Vec3 v_body = state_.T_odom_body.R.transpose() * state_.v;
     fit.sideways += v_body.tail<2>().squaredNorm() / (sigma * sigma);
   }
   if (done.matches == 0) return;
   const Vec3 up = -state_.g_odom_mps2.normalized();
-  const double share = 1.0 / static_cast<double>(matcher_.size());
+  const double fraction = 1.0 / static_cast<double>(matcher_.size());
   for (const degeneracy::PlaneEvidence& plane : matcher_.evidence()) {
     const double upright = plane.n_odom.dot(up);
     const double facing = plane.n_odom.dot(ahead_odom);
-    fit.on_walls += share * plane.points * (1.0 - upright * upright);
-    fit.on_facing += share * plane.points * facing * facing;
+    fit.on_walls += fraction * plane.points * (1.0 - upright * upright);
+    fit.on_facing += fraction * plane.points * facing * facing;
   }
 }
 
-/// The LiDAR alone may have found another first speed than the true one: the rings that it draws on
-/// the floor drive along, and in a young map nothing else weighs more. The first scans are gone
-/// through at speeds along the body, as ground vehicles drive, with gravity as the mean force has
-/// it. One that leaves the speed as open as it was assumed has not been seen to be true.
-/// @param guess  its speed is tried as well; may be null
-/// @return nothing: the scans show none
+/// The LiDAR alone may converge to a wrong first speed: its rings on the floor move along with it,
+/// and in a young map nothing outweighs them. So the first scans are replayed at speeds along the
+/// body's x axis, as ground vehicles drive, with gravity from the mean force. A speed whose sigma
+/// does not shrink in the replay is not confirmed.
+/// @param guess its speed is tried as well; may be null
+/// @return nothing: the scans confirm none
 std::optional<RobustOdometry::FirstSpeed> RobustOdometry::find_first_speed(
     std::span<const LidarScan> scans, const FirstSpeed* guess, const StartMemory& before) {
   constexpr std::size_t kEnough = 40;
@@ -57,20 +57,20 @@ std::optional<RobustOdometry::FirstSpeed> RobustOdometry::find_first_speed(
   const Mat3 R = track_.front().T_odom_body.R;
   const Vec3 g = -settings_.initialisation.gravity_mps2 * (R * force).normalized();
   std::optional<FirstSpeed> best;
-  double most = 0.0;
+  double maximum = 0.0;
   FindingList unsaid;
   const auto consider = [&](const FirstSpeed& first) {
     take(before);
     const FirstSpeedFit fit = replay(few, first, unsaid);
     if (!(fit.speed_sigma_mps <= kSeen * kSigma_mps)) return;
     const double value = value_of(fit);
-    if (!(std::isfinite(value) && (!best || value > most))) return;
+    if (!(std::isfinite(value) && (!best || value > maximum))) return;
     best = first;
-    most = value;
+    maximum = value;
   };
   if (guess != nullptr) consider({guess->v_odom_mps, guess->sigma_mps, g});
   for (int k = -kSteps; k <= kSteps; ++k) consider({k * kStep_mps * R.col(0), kSigma_mps, g});
-  // Begun beside the truth, the first innovations pull speed and gravity past it.
+  // Finer steps: from a wrong first speed, the first innovations make speed and gravity overshoot.
   for (const double finer_mps : {0.5 * kStep_mps, 0.25 * kStep_mps}) {
     if (!best) break;
     const Vec3 middle = best->v_odom_mps;
@@ -82,12 +82,12 @@ std::optional<RobustOdometry::FirstSpeed> RobustOdometry::find_first_speed(
   return best;
 }
 
-/// A vehicle that drove when the recording began: its first scans were undistorted and registered
-/// without knowing how it moved. Now that speed, gravity and biases are known, they are gone
-/// through once more, and the map is free of what the first second got wrong. The first pose stays.
-/// Where no first speed is seen to be true and the LiDAR is degenerate, a map of few scans drags
-/// the pose along: once is enough. Where scans and prediction disagree on that way, something was
-/// felt that was no motion: all stays as it was.
+/// For a vehicle in motion when the recording began: its first scans were undistorted and
+/// registered with unknown motion. Once speed, gravity and biases are known, they are replayed,
+/// which removes the errors of the first second from the map. The first pose is kept. If no first
+/// speed is confirmed and the LiDAR is degenerate, a map of few scans drags the pose along, so
+/// there is no replay. If scans and prediction disagree in the replay, the sensor measured a force
+/// that was no motion: nothing is changed.
 void RobustOdometry::replay_start(const InitialGuess& guess, FindingList& findings) {
   if (start_scans_.size() < 2) return;
   const std::vector<LidarScan> scans = std::move(start_scans_);
@@ -98,19 +98,19 @@ void RobustOdometry::replay_start(const InitialGuess& guess, FindingList& findin
     replay(scans, *first, findings);
     return;
   }
-  if (blind_axis()) return;
+  if (degenerate_axis()) return;
   const FirstSpeedFit fit = replay(scans, guessed, findings);
   if (!(fit.nis < kHonestNis)) take(before);
 }
 
-/// Before the LiDAR's track shows gravity, a first speed may already be seen to be true.
-/// @return false: all stays as it was
-bool RobustOdometry::begin_early(const InitialGuess& guess, FindingList& findings) {
+/// A first speed may be confirmed before the LiDAR's track determines gravity.
+/// @return false: nothing has changed
+bool RobustOdometry::start_early(const InitialGuess& guess, FindingList& findings) {
   const double span_s = seconds_between(track_.front().t, state_.t);
   if (quiet_start_ || start_scans_.size() < 2 || span_s < next_search_s_) return false;
   next_search_s_ = 2.0 * std::max(span_s, settings_.initialisation.window_s);
   const StartMemory before = start_memory();
-  begin_inertial(guess);
+  start_inertial(guess);
   const auto first = find_first_speed(start_scans_, nullptr, start_memory());
   if (!first) {
     take(before);

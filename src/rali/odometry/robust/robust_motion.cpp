@@ -16,25 +16,25 @@ using sensor::LidarScan;
 
 namespace {
 
-/// So many scans of driving, and its noise is measured.
+/// After this many scans of driving the noise counts as measured.
 constexpr int kDriven = 10;
 
-/// What a sensor shows at standstill within a second is no less than this part of what is typical
-/// while driving, whatever its samples say: its bias wanders as well.
-constexpr double kLeast = 1.0 / 3.0;
+/// Lower bound of the noise before driving, as a fraction of the noise typical while driving,
+/// whatever the samples show: the bias wanders as well.
+constexpr double kMin = 1.0 / 3.0;
 
 }  // namespace
 
 ProcessNoise RobustOdometry::process_noise() const {
   imu::NoiseDensity density = motion_noise_.density();
   if (driven_scans_ < kDriven) {
-    // What was measured at standstill lacks what driving adds, and the start comes without notice.
+    // Noise measured at standstill lacks the part from driving, and a start comes without warning.
     const imu::NoiseDensity rest = standstill_.rest_density().value_or(imu::NoiseDensity{0.0, 0.0});
     const imu::MotionNoiseSettings& typical = settings_.motion_noise;
     density.gyro_radps_rthz = std::max(
-        {density.gyro_radps_rthz, kLeast * typical.gyro_typical_radps_rthz, rest.gyro_radps_rthz});
+        {density.gyro_radps_rthz, kMin * typical.gyro_typical_radps_rthz, rest.gyro_radps_rthz});
     density.accel_mps2_rthz = std::max(
-        {density.accel_mps2_rthz, kLeast * typical.accel_typical_mps2_rthz, rest.accel_mps2_rthz});
+        {density.accel_mps2_rthz, kMin * typical.accel_typical_mps2_rthz, rest.accel_mps2_rthz});
   }
   ProcessNoise noise;
   noise.gyro_radps_rthz = noise_boost_ * density.gyro_radps_rthz;
@@ -44,8 +44,8 @@ ProcessNoise RobustOdometry::process_noise() const {
   return noise;
 }
 
-/// At standstill only the sensor itself is left, whatever driving adds: what was measured there,
-/// typical noise before.
+/// At standstill only the sensor's own noise counts, without the part from driving: as measured at
+/// standstill, or typical before.
 ProcessNoise RobustOdometry::rest_noise() const {
   ProcessNoise noise = process_noise();
   const imu::MotionNoiseSettings& typical = settings_.motion_noise;
@@ -53,15 +53,15 @@ ProcessNoise RobustOdometry::rest_noise() const {
       imu::NoiseDensity{typical.gyro_typical_radps_rthz, typical.accel_typical_mps2_rthz});
   noise.gyro_radps_rthz =
       std::min(noise.gyro_radps_rthz,
-               std::max(kLeast * typical.gyro_typical_radps_rthz, rest.gyro_radps_rthz));
+               std::max(kMin * typical.gyro_typical_radps_rthz, rest.gyro_radps_rthz));
   noise.accel_mps2_rthz =
       std::min(noise.accel_mps2_rthz,
-               std::max(kLeast * typical.accel_typical_mps2_rthz, rest.accel_mps2_rthz));
+               std::max(kMin * typical.accel_typical_mps2_rthz, rest.accel_mps2_rthz));
   return noise;
 }
 
-/// Holds what the LiDAR alone saw since the last scan against what inertial data say.
-void RobustOdometry::measure_noise(const UpdateResult& seen, const InertialIntegral& felt) {
+/// Compares the LiDAR's motion since the last scan with that of the inertial data.
+void RobustOdometry::measure_noise(const UpdateResult& seen, const InertialIntegral& inertial) {
   if (seen.matches < settings_.update.matches_min) return motion_noise_.interrupt();
   if (driven_scans_ < kDriven && !standstill_.calm(state_, imu_)) ++driven_scans_;
   const SE3 T_lidar = geometry::boxplus(T_predicted_, seen.lidar_shift);
@@ -71,31 +71,31 @@ void RobustOdometry::measure_noise(const UpdateResult& seen, const InertialInteg
   step.p_odom_m = T_lidar.p;
   step.known = seen.known;
   step.rotation_known = seen.rotation_known;
-  step.dv_mps = felt.dv_mps;
-  step.dp_m = felt.dp_m;
-  step.dR = felt.dR;
+  step.dv_mps = inertial.dv_mps;
+  step.dp_m = inertial.dp_m;
+  step.dR = inertial.dR;
   motion_noise_.add(step);
   constexpr double kForget = 0.99;
   noise_boost_ = 1.0 + kForget * (noise_boost_ - 1.0);
 }
 
-/// Where the LiDAR measures the whole motion, what the accelerometer adds to it is gravity.
-void RobustOdometry::measure_tilt(const UpdateResult& seen, const InertialIntegral& felt) {
+/// Where the LiDAR observes the whole motion, the rest of the specific force is gravity.
+void RobustOdometry::measure_tilt(const UpdateResult& seen, const InertialIntegral& inertial) {
   if (!seen.rotation_known || !seen.known.isIdentity(1e-6)) return map_tilt_.interrupt();
   TiltStep step;
   step.span_s = seconds_between(last_posterior_.t, state_.t);
   step.travelled_m = (state_.T_odom_body.p - last_posterior_.T_odom_body.p).norm();
   step.R_odom_body = state_.T_odom_body.R;
   const Vec3 bias_odom = step.R_odom_body * last_posterior_.accel_bias_mps2;
-  step.gravity_dv_mps = state_.v - last_posterior_.v - felt.dv_mps +
+  step.gravity_dv_mps = state_.v - last_posterior_.v - inertial.dv_mps +
                         step.span_s * (last_posterior_.g_odom_mps2 - bias_odom);
   step.speed_sigma_mps = std::sqrt(state_.P.diagonal().segment<2>(kVel).maxCoeff());
   step.accel_noise_mps2_rthz = process_noise().accel_mps2_rthz;
   map_tilt_.add(step);
 }
 
-/// The prediction with room for a step of the body that the inertial sensor did not feel.
-/// @param where  projector on the translations that may step
+/// The prediction with covariance for a step of the body that the inertial sensor did not measure.
+/// @param where projector on the translations that may step
 FilterState RobustOdometry::with_step(const FilterState& predicted, double size,
                                       const Mat3& where) const {
   constexpr double kSpeed_mps = 0.1;
@@ -113,13 +113,13 @@ FilterState RobustOdometry::with_step(const FilterState& predicted, double size,
   return wider;
 }
 
-/// A joint between tiles or a tyre that slips moves the body within one sample of an inertial
-/// sensor, which then knows nothing of it. Where the LiDAR sees much more than the prediction
-/// leaves room for, such a step is allowed for, as large as it takes; biases stay out of it.
+/// A joint between tiles or a slipping tyre moves the body within one sample of the inertial
+/// sensor, which does not measure it. If the LiDAR deviates far beyond the predicted covariance,
+/// covariance for such a step is added, as large as needed; biases are not affected.
 void RobustOdometry::allow_jolt(const FilterState& predicted, UpdateResult& done) {
   constexpr double kGrowth = 4.0;
-  constexpr double kMost = 256.0;
-  for (double size = 1.0; size <= kMost && done.nis > settings_.update.jolt_nis; size *= kGrowth) {
+  constexpr double kMax = 256.0;
+  for (double size = 1.0; size <= kMax && done.nis > settings_.update.jolt_nis; size *= kGrowth) {
     const Mat3 known = done.known;
     const SE3 start = state_.T_odom_body;
     state_ = with_step(predicted, size, known);
@@ -131,8 +131,8 @@ void RobustOdometry::allow_jolt(const FilterState& predicted, UpdateResult& done
   if (done.matches >= settings_.update.matches_min) usual_fit_ += kGain * (done.fit - usual_fit_);
 }
 
-/// After a blow the prediction can be so far off that the scan no longer finds its planes: it is
-/// tried once more from where the vehicle would be had it kept its speed.
+/// After an impact the prediction can be so far off that the scan no longer matches its planes: it
+/// is registered again from the pose at constant velocity.
 void RobustOdometry::look_again(const FilterState& predicted, UpdateResult& done) {
   constexpr double kPoor = 0.6;  // of the usual fit
   constexpr double kBetter = 1.1;
@@ -152,64 +152,67 @@ void RobustOdometry::look_again(const FilterState& predicted, UpdateResult& done
   done = again;
 }
 
-/// Standing still: the pose stays as it is, whatever the noise of the next scans, as long as the
-/// LiDAR agrees. Nothing is inserted: minutes of the same view must not wear the map out.
+/// Standstill: the pose is kept, despite the noise of the next scans, as long as the LiDAR agrees.
+/// Nothing is inserted: minutes of the same view must not degrade the map.
 std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   constexpr double kMoved_m = 0.03;
   constexpr double kMoved_rad = 0.006;
   FilterState trial = state_;
   const FilterState before = state_;
   propagate_held(state_, imu_, scan.t_end, rest_noise());
-  const SweepMotion still(calibration_.T_body_lidar);
+  const ScanMotion still(calibration_.T_body_lidar);
   still.apply(scan, sampler_.update_indices(), points_);
   matcher_.set_points(points_, calibration_.T_body_lidar.p);
-  // A prior wide enough to show motion, should there be some.
+  // A prior wide enough for a real motion to show.
   trial.P.topLeftCorner<6, 6>().diagonal().head<3>().array() += 1e-4;
   trial.P.topLeftCorner<6, 6>().diagonal().tail<3>().array() += 1e-2;
-  const UpdateResult seen =
-      update_with_scan(trial, matcher_, map_, trial.T_odom_body, settings_, axes_, blind_, true);
+  const UpdateResult seen = update_with_scan(trial, matcher_, map_, trial.T_odom_body, settings_,
+                                             axes_, degenerate_, true);
   const geometry::Vec6 step = geometry::boxminus(trial.T_odom_body, before.T_odom_body);
   const bool moved = seen.matches >= settings_.update.matches_min &&
                      (step.tail<3>().norm() > kMoved_m || step.head<3>().norm() > kMoved_rad);
-  // A person who walks by a blind corridor looks like motion; a start is felt as well.
+  // A passer-by in a degenerate corridor looks like motion; a real start is also measured by the
+  // IMU.
   constexpr int kScansToBelieve = 5;
   moved_scans_ = moved ? moved_scans_ + 1 : 0;
-  const bool stands = standstill_.update(state_, imu_, blind_axis(), rest_noise().gyro_radps_rthz);
-  // What moves while the inertial sensor proves standstill is not the vehicle.
+  const bool stands =
+      standstill_.update(state_, imu_, degenerate_axis(), rest_noise().gyro_radps_rthz);
+  // If the inertial sensor proves standstill, apparent motion is not that of the vehicle.
   if (!stands || (moved_scans_ >= kScansToBelieve && !standstill_.certain())) {
-    end_hold(before);
+    end_zero_velocity(before);
     return std::nullopt;
   }
-  held_states_.push_back(before);
+  standstill_states_.push_back(before);
   const Time keep = state_.t - Duration::from_s(standstill_.window_s());
-  while (held_states_.size() > 1 && held_states_.front().t < keep) held_states_.pop_front();
+  while (standstill_states_.size() > 1 && standstill_states_.front().t < keep)
+    standstill_states_.pop_front();
   imu_.drop_before(state_.t - Duration::from_s(standstill_.memory_s()));
   t_last_good_ = state_.t;
   last_posterior_ = state_;
   return result_of(scan, seen);
 }
 
-/// Motion shows late: what the pose missed since the window began is made up for, by going on from
-/// there. What ranges have measured of other radios since then stays, relative to the pose: there
-/// may be more of them now than when the window began.
-void RobustOdometry::end_hold(const FilterState& before) {
-  held_ = false;
+/// Motion is detected late. The filter restarts from the state at the start of the window, so that
+/// the motion since then is not lost. Augmented states estimated from ranges since then are kept,
+/// relative to the pose: there may be more of them now than when the window started.
+void RobustOdometry::end_zero_velocity(const FilterState& before) {
+  at_standstill_ = false;
   const FilterState held = state_;
-  state_ = held_states_.empty() ? before : held_states_.front();
-  carry_side_states(held, state_);
-  held_states_.clear();
+  state_ = standstill_states_.empty() ? before : standstill_states_.front();
+  carry_augmented_states(held, state_);
+  standstill_states_.clear();
   last_posterior_ = state_;
   moved_scans_ = 0;
   motion_noise_.interrupt();
   standstill_.reset();
 }
 
-/// The pose is held from now on. A speed that the filter has although the wheels stand was drawn
-/// from what the LiDAR took for motion, or from nothing.
-void RobustOdometry::begin_hold(FindingList& findings) {
+/// Keeps the pose fixed from now on. A speed estimate at standstill came from apparent motion in
+/// the LiDAR, or has no source at all.
+void RobustOdometry::start_zero_velocity(FindingList& findings) {
   constexpr double kFast_mps = 0.3;
   constexpr double kSigma_mps = 0.01;
-  held_ = true;
+  at_standstill_ = true;
   motion_noise_.interrupt();
   acceleration_.reset();
   if (!standstill_.certain()) return;
@@ -242,14 +245,14 @@ void RobustOdometry::constrain(const UpdateResult& done, FindingList& findings) 
   refuse_biases(last_posterior_.gyro_bias_radps, last_posterior_.accel_bias_mps2, findings);
 }
 
-/// Where the LiDAR is blind the speed is the integral of what gravity and bias leave of the force,
-/// and grows without end. A vehicle's does not: it comes back to what is usual. The prior bounds
-/// the error of the speed; applied more often, it would pull a vehicle of constant speed to a stop.
+/// Along a degenerate direction the speed is the integral of force minus gravity and bias, and its
+/// error grows without bound. A vehicle's speed does not: it returns to usual values. The prior
+/// bounds the error of the speed; applied more often, it would bias a constant speed towards zero.
 void RobustOdometry::bound_speed(FindingList& findings) {
-  constexpr double kIndependent_s = 3.0;  // a vehicle may keep its speed so long
-  const auto axis = blind_axis();
+  constexpr double kIndependent_s = 3.0;  // a vehicle may keep its speed this long
+  const auto axis = degenerate_axis();
   if (!axis) {
-    // What was seen for longer than a moment, this vehicle does.
+    // A speed observed for longer than a glimpse is usual for this vehicle.
     const bool seen = !t_seen_ || (state_.t - *t_seen_).s() > kGlimpse_s;
     if (seen) fastest_seen_mps_ = std::max(fastest_seen_mps_, state_.v.norm());
     return;
@@ -270,29 +273,29 @@ void RobustOdometry::bound_speed(FindingList& findings) {
                    Eigen::Matrix<double, 1, 1>(usual * usual));
 }
 
-/// A speed that is known well and that no such vehicle has: the inertial sensor has not felt what
-/// slows it down, say slipping wheels. Neither the speed is known, nor the way since the LiDAR
-/// became blind, over which it has grown: what is usual takes back both.
+/// A speed that is certain by the filter but impossible for such a vehicle: the inertial sensor did
+/// not measure a deceleration, e.g. with slipping wheels. Both the speed and the distance since the
+/// LiDAR became degenerate are then uncertain. The prior of usual speeds corrects both.
 void RobustOdometry::widen_speed(const Vec3& axis_odom, FindingList& findings) {
   const double speed_mps = axis_odom.dot(state_.v);
-  const double blind_s = seconds_between(t_blind_, state_.t);
-  const double way_m = 0.5 * speed_mps * blind_s;
+  const double degenerate_s = seconds_between(t_degenerate_, state_.t);
+  const double path_m = 0.5 * speed_mps * degenerate_s;
   const Mat3 along = axis_odom * axis_odom.transpose();
   state_.P.block<3, 3>(kVel, kVel) += speed_mps * speed_mps * along;
-  state_.P.block<3, 3>(kPos, kPos) += way_m * way_m * along;
-  state_.P.block<3, 3>(kPos, kVel) += way_m * speed_mps * along;
-  state_.P.block<3, 3>(kVel, kPos) += way_m * speed_mps * along;
+  state_.P.block<3, 3>(kPos, kPos) += path_m * path_m * along;
+  state_.P.block<3, 3>(kPos, kVel) += path_m * speed_mps * along;
+  state_.P.block<3, 3>(kVel, kPos) += path_m * speed_mps * along;
   Finding f;
   f.id = "odometry.contradiction";
   f.severity = Severity::kWarning;
-  f.t = t_blind_;
+  f.t = t_degenerate_;
   f.t_end = state_.t;
   f.text = fmt::format(
       "blind for {:.0f} s, by the inertial sensor alone the vehicle would drive at {:.1f} m/s, and "
       "usual are {:.1f}: the sensor has not felt all that slowed it down",
-      blind_s, std::abs(speed_mps), settings_.constraints.speed_usual_mps);
+      degenerate_s, std::abs(speed_mps), settings_.constraints.speed_usual_mps);
   f.effect = fmt::format("speed and position along the path are taken back, by up to {:.0f} m",
-                         std::abs(way_m));
+                         std::abs(path_m));
   f.remedy = "If the vehicle is that fast, set odometry.robust.constraints.speed_usual_mps.";
   findings.push_back(f);
 }

@@ -24,45 +24,45 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
                                    FindingList& findings) {
   if (!started_) return start(scan);
   end_refusal(scan.t_end, findings);
-  if (first_scan_ && !has_imu_) straighten_first(scan);
+  if (first_scan_ && !has_imu_) deskew_first(scan);
   sampler_.sample(scan);
-  if (held_ && !imu_.empty()) {
+  if (at_standstill_ && !imu_.empty()) {
     if (auto result = hold(scan)) return *result;
   }
   const bool follows = inertial_ && !imu_.empty() && last_posterior_.t < scan.t_end;
-  const InertialIntegral felt =
+  const InertialIntegral inertial =
       follows ? integrate_from(last_posterior_, imu_, scan.t_end) : InertialIntegral{};
-  const SE3 T_felt = predicted_motion(scan.t_end, felt);
+  const SE3 T_inertial = predicted_motion(scan.t_end, inertial);
   predict(scan.t_end);
-  T_last_predicted_ = inertial_ ? T_felt : T_propagated_;
-  // Without inertial data, or beyond its range, the scan is undistorted with a guess: again with
-  // the motion that came out, if it is another one.
+  T_last_predicted_ = inertial_ ? T_inertial : T_propagated_;
+  // Without inertial data, or beyond its range, the scan is undistorted with a guess of the motion:
+  // repeated with the estimated motion if it differs.
   constexpr int kRoundsOfAGuess = 3;
   const FilterState predicted = state_;
-  const bool measured = inertial_ && !is_turned_aside(predicted.P.topLeftCorner<6, 6>());
+  const bool measured = inertial_ && !is_rotation_uncertain(predicted.P.topLeftCorner<6, 6>());
   UpdateResult done = update(scan, measured ? 1 : kRoundsOfAGuess);
   const bool settled = has_imu_ || settle_alone(scan, predicted, done);
   if (settled) remember_seen(done);
   watch_acceleration(settled);
   if (follows) {
-    measure_noise(done, felt);
-    measure_tilt(done, felt);
+    measure_noise(done, inertial);
+    measure_tilt(done, inertial);
   }
   if (inertial_) constrain(done, findings);
   if (settled) judge(done, findings);
   if (!settled) stray(predicted, findings);
-  // A young map has few planes: it must grow before it can be asked for many.
+  // A young map has few planes: it must grow before many matches can be required.
   const bool young = scans_in_map_ < kYoungScans;
   const bool trusted = settled && (track_state_ != TrackState::kPredicted || young);
-  if (trusted && map_.empty()) begin_map();
+  if (trusted && map_.empty()) start_map();
   if (trusted) insert(scan);
   if (has_imu_ && !inertial_) {
     remember_start(scan, done);
     try_initialise(findings);
   }
   const double gyro_noise = rest_noise().gyro_radps_rthz;
-  if (inertial_ && trusted && standstill_.update(state_, imu_, blind_axis(), gyro_noise)) {
-    begin_hold(findings);
+  if (inertial_ && trusted && standstill_.update(state_, imu_, degenerate_axis(), gyro_noise)) {
+    start_zero_velocity(findings);
   }
   if (inertial_) imu_.drop_before(state_.t - Duration::from_s(standstill_.memory_s()));
   map_.prune(state_.T_odom_body.p);
@@ -73,7 +73,7 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   return result;
 }
 
-/// Goes on to t_end; `poses_` holds the way since the end of the last sweep.
+/// Propagates to t_end; `poses_` contains the path since the end of the last scan.
 void RobustOdometry::predict(Time t_end) {
   if (poses_.empty() || poses_.back().t != state_.t) {
     poses_.assign(1, {state_.t, state_.T_odom_body});
@@ -96,20 +96,20 @@ void RobustOdometry::predict(Time t_end) {
   if (measured) stand_if_still();
 }
 
-/// From the last scan to this one, by what was known then and inertial data since: what ranges have
-/// moved meanwhile is not in it.
-SE3 RobustOdometry::predicted_motion(Time t_end, const InertialIntegral& felt) const {
+/// Motion from the last scan to this one, by the estimate at that time and inertial data since;
+/// shifts from ranges in between are not included.
+SE3 RobustOdometry::predicted_motion(Time t_end, const InertialIntegral& inertial) const {
   const double span_s = (t_end - last_posterior_.t).s();
   const Mat3& R = last_posterior_.T_odom_body.R;
-  return {felt.dR, R.transpose() * (last_posterior_.v * span_s + felt.dp_m)};
+  return {inertial.dR, R.transpose() * (last_posterior_.v * span_s + inertial.dp_m)};
 }
 
-SweepMotion RobustOdometry::sweep_motion(const LidarScan& scan) const {
-  if (!scan.has_point_times || scan.deskewed) return SweepMotion(calibration_.T_body_lidar);
-  if (inertial_) return SweepMotion(poses_, scan.t_begin, calibration_.T_body_lidar);
+ScanMotion RobustOdometry::scan_motion(const LidarScan& scan) const {
+  if (!scan.has_point_times || scan.deskewed) return ScanMotion(calibration_.T_body_lidar);
+  if (inertial_) return ScanMotion(poses_, scan.t_start, calibration_.T_body_lidar);
   // Constant velocity, backwards from the end with the newest estimate of the velocity.
   constexpr int kSteps = 10;
-  const double span_s = (scan.t_end - scan.t_begin).s();
+  const double span_s = (scan.t_end - scan.t_start).s();
   std::vector<TimedPose> poses;
   for (int k = 0; k <= kSteps; ++k) {
     const double ago_s = span_s * (kSteps - k) / kSteps;
@@ -118,7 +118,7 @@ SweepMotion RobustOdometry::sweep_motion(const LidarScan& scan) const {
                    -ago_s * (geometry::so3_right_jacobian(-turn) * state_.v)};
     poses.push_back({scan.t_end - Duration::from_s(ago_s), state_.T_odom_body * T_end_then});
   }
-  return SweepMotion(poses, scan.t_begin, calibration_.T_body_lidar);
+  return ScanMotion(poses, scan.t_start, calibration_.T_body_lidar);
 }
 
 UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
@@ -129,7 +129,7 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
   UpdateResult done;
   SE3 start = state_.T_odom_body;
   for (int k = 0; k < rounds; ++k) {
-    sweep_motion(scan).apply(scan, sampler_.update_indices(), points_);
+    scan_motion(scan).apply(scan, sampler_.update_indices(), points_);
     matcher_.set_points(points_, p_body_lidar);
     const Vec3 v = state_.v;
     const Vec3 w = state_.gyro_bias_radps;
@@ -149,9 +149,9 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
   return done;
 }
 
-/// What a gyro beyond its range left out of the motion since the last scan went on all the time:
-/// the poses in between share what the update has made of the end.
-/// @param end  of the poses as they are
+/// The motion that a clipped gyro missed since the last scan happened throughout: the poses in
+/// between get their fraction of the update's correction.
+/// @param end pose before the update
 void RobustOdometry::bend_poses(const SE3& end) {
   const geometry::Vec6 all = geometry::boxminus(state_.T_odom_body, end);
   const Time begin = poses_.front().t;
@@ -162,8 +162,8 @@ void RobustOdometry::bend_poses(const SE3& end) {
   }
 }
 
-/// What the LiDAR sees at the pose that the scan was given in the end. A registration that was not
-/// kept has few partners and sees little: remembered as well, it would forbid the right pose.
+/// Observability at the final pose of the scan. A rejected registration has few matches and little
+/// information; storing it too would make the right pose impossible.
 void RobustOdometry::remember_seen(const UpdateResult& done) {
   axes_ = done.axes;
   lidar_known_ = done.known;
@@ -171,25 +171,25 @@ void RobustOdometry::remember_seen(const UpdateResult& done) {
   follow_bend(done);
 }
 
-/// A direction is blind at once, and seen again only after several scans in a row: one of many
-/// seems to tell something by chance.
+/// A direction becomes degenerate at once, and observable again only after several scans in a row:
+/// one of many scans has information by chance.
 void RobustOdometry::remember_blindness(const UpdateResult& done) {
   if (done.matches < settings_.update.matches_min) return;
-  const bool was_blind = blind_[0];
+  const bool was_degenerate = degenerate_[0];
   for (std::size_t k = 0; k < 3; ++k) {
     seeing_scans_[k] = done.sees[k] ? seeing_scans_[k] + 1 : 0;
-    if (!done.sees[k]) blind_[k] = true;
-    if (seeing_scans_[k] >= settings_.aware.scans_to_better) blind_[k] = false;
+    if (!done.sees[k]) degenerate_[k] = true;
+    if (seeing_scans_[k] >= settings_.aware.scans_to_better) degenerate_[k] = false;
   }
-  // What it sees for a moment does not end a blind stretch.
-  if (was_blind && !blind_[0]) t_seen_ = state_.t;
+  // A short glimpse does not end a degenerate stretch.
+  if (was_degenerate && !degenerate_[0]) t_seen_ = state_.t;
   const bool glimpse = t_seen_ && (state_.t - *t_seen_).s() < kGlimpse_s;
-  if (!was_blind && blind_[0] && !glimpse) t_blind_ = state_.t;
+  if (!was_degenerate && degenerate_[0] && !glimpse) t_degenerate_ = state_.t;
 }
 
-/// Without inertial data only the scans measure how the vehicle turns.
+/// Without inertial data only the scans measure the rotation of the vehicle.
 void RobustOdometry::follow_bend(const UpdateResult& done) {
-  const auto axis = blind_axis();
+  const auto axis = degenerate_axis();
   if (!axis || !inertial_) return bend_.end();
   if (done.matches < settings_.update.matches_min) return;
   const double variance_m2 = axis->dot(state_.P.block<3, 3>(kPos, kPos) * *axis);
@@ -197,7 +197,7 @@ void RobustOdometry::follow_bend(const UpdateResult& done) {
 }
 
 void RobustOdometry::insert(const LidarScan& scan) {
-  sweep_motion(scan).apply(scan, sampler_.insert_indices(), points_);
+  scan_motion(scan).apply(scan, sampler_.insert_indices(), points_);
   insert_points(state_.T_odom_body);
   if (points_.size() > 0) ++scans_in_map_;
 }
@@ -226,8 +226,8 @@ void RobustOdometry::insert_points(const SE3& T_odom_body) {
   }
 }
 
-/// Roll and pitch at which the accelerometer would measure what it does: by gravity's direction in
-/// odom and what the accelerometer is off by.
+/// Roll and pitch at which the accelerometer would measure its values: by gravity's direction in
+/// odom and the accelerometer's bias.
 std::optional<Level> RobustOdometry::level() const {
   if (!inertial_) return std::nullopt;
   const Vec3& g = state_.g_odom_mps2;
@@ -239,36 +239,36 @@ std::optional<Level> RobustOdometry::level() const {
   return Level{axes, H * state_.P * H.transpose(), map_tilt_.tilt_rad()};
 }
 
-/// What the filter says about this scan, as much again as one registration brings in (the filter
-/// takes repeated looks at the same planes for independent), and the error of the map there.
+/// The filter's covariance for this scan, once more the covariance of one registration (the filter
+/// treats repeated views of the same planes as independent), and the error of the map there.
 Mat6 RobustOdometry::covariance(const UpdateResult& update) {
   Mat6 local = state_.P.topLeftCorner<6, 6>();
   if (update.matches < settings_.update.matches_min) {
-    return drift_.update(state_.T_odom_body, update.mean_epoch, local, update.share, level(), {},
-                         bend_.turned_covariance(state_));
+    return drift_.update(state_.T_odom_body, update.mean_epoch, local, update.following, level(),
+                         {}, bend_.turned_covariance(state_));
   }
   const double weak = 1.0 / (settings_.drift.sigma_max_m * settings_.drift.sigma_max_m);
   const Mat6 single = (update.information + weak * Mat6::Identity()).inverse();
-  local += update.share.follows * single * update.share.follows.transpose();
+  local += update.following.follows * single * update.following.follows.transpose();
   std::vector<HeldAlong> held;
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3& d_odom = update.directions[k].direction_odom;
     if (const auto epoch = matcher_.mean_epoch(d_odom)) held.push_back({d_odom, *epoch});
   }
-  return drift_.update(state_.T_odom_body, update.mean_epoch, local, update.share, level(), held,
-                       bend_.turned_covariance(state_));
+  return drift_.update(state_.T_odom_body, update.mean_epoch, local, update.following, level(),
+                       held, bend_.turned_covariance(state_));
 }
 
-/// Along what the LiDAR does not see, the map's error is the filter's own.
+/// Along degenerate directions the map's error becomes part of the filter's covariance.
 void RobustOdometry::release(const UpdateResult& update) {
   if (update.untouched.isZero(0.0)) return;
   const Mat3 released = drift_.release(state_.T_odom_body, update.untouched);
   state_.P.block<3, 3>(kPos, kPos) += released;
-  // The end of a hold goes back to one of these.
-  for (FilterState& earlier : held_states_) earlier.P.block<3, 3>(kPos, kPos) += released;
+  // The end of a standstill returns to one of these.
+  for (FilterState& earlier : standstill_states_) earlier.P.block<3, 3>(kPos, kPos) += released;
 }
 
-/// The motion since the last scan by the LiDAR; shifts by ranges are not in it.
+/// The motion since the last scan by the LiDAR; shifts from ranges are not included.
 void RobustOdometry::watch_acceleration(bool settled) {
   if (!settled) return acceleration_.reset();
   SE3 step = T_last_predicted_ * (T_predicted_.inverse() * state_.T_odom_body);
@@ -316,28 +316,28 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
   ScanResult out;
   out.t = scan.t_end;
   out.state = track_state_;
-  out.at_rest = held_;
+  out.at_rest = at_standstill_;
   out.inertial = inertial_;
   if (inertial_) {
     const ProcessNoise noise = process_noise();
     out.inertial_noise = {noise.gyro_radps_rthz, noise.accel_mps2_rthz};
-    if (!held_) out.measured_noise = motion_noise_.measured();
+    if (!at_standstill_) out.measured_noise = motion_noise_.measured();
     out.gyro_bias_radps = state_.gyro_bias_radps;
     out.accel_bias_mps2 = state_.accel_bias_mps2;
   }
   out.T_odom_body = quiet_start_ && !inertial_ ? track_.front().T_odom_body : state_.T_odom_body;
-  out.T_odom_body_predicted = held_ ? out.T_odom_body : T_predicted_;
-  if (!held_) out.T_last_predicted = T_last_predicted_;
-  // Until gravity is known the start may be held, and with the scan that finds it the start is gone
-  // through again: what that moves is a correction.
-  if (has_imu_ && (!inertial_ || !told_inertial_)) {
+  out.T_odom_body_predicted = at_standstill_ ? out.T_odom_body : T_predicted_;
+  if (!at_standstill_) out.T_last_predicted = T_last_predicted_;
+  // Until gravity is known the start may be at standstill, and the scan that initialises it replays
+  // the start: the resulting shift is a correction, not motion.
+  if (has_imu_ && (!inertial_ || !reported_inertial_)) {
     if (quiet_start_ && !inertial_) out.T_last_predicted = SE3{};
-    out.T_odom_body_predicted = T_told_ * out.T_last_predicted;
+    out.T_odom_body_predicted = T_reported_ * out.T_last_predicted;
   }
   out.new_map = new_map_;
   new_map_ = false;
-  T_told_ = out.T_odom_body;
-  told_inertial_ = inertial_;
+  T_reported_ = out.T_odom_body;
+  reported_inertial_ = inertial_;
   out.v_odom_mps = inertial_ ? state_.v : Vec3(state_.T_odom_body.R * state_.v);
   if (!T_odom_first_) T_odom_first_ = out.T_odom_body;
   constexpr double kDegree = std::numbers::pi / 180.0;
@@ -352,8 +352,8 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
   out.residual_rms_m = update.residual_rms_m;
   if (track_state_ == TrackState::kGood || track_state_ == TrackState::kWeak) {
     last_good_ = state_.T_odom_body;
-    if (!held_ && keyframer_.wants(out.T_odom_body)) {
-      sweep_motion(scan).apply(scan, {}, points_);
+    if (!at_standstill_ && keyframer_.wants(out.T_odom_body)) {
+      scan_motion(scan).apply(scan, {}, points_);
       out.keyframe = keyframer_.make(scan, points_, out, calibration_.T_body_lidar);
     }
   }

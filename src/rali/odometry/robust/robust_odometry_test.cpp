@@ -26,7 +26,7 @@ struct DriveLog {
   std::uint64_t hash = 0;
 };
 
-/// Drives through the room; odom begins at the body's pose at the end of the first scan.
+/// Drives through the room; odom starts at the body's pose at the end of the first scan.
 DriveLog drive(TestRoom& room, double duration_s, bool has_imu) {
   sensor::Calibration calibration;
   calibration.T_body_lidar = room.T_body_lidar;
@@ -92,8 +92,8 @@ TEST(RobustOdometry, finds_gravity_when_started_in_motion) {
   EXPECT_LT(run.gravity_error_rad, 0.03);
 }
 
-// It turns at half a radian per second from the first point of the first scan on: a map begun with
-// that scan bent would be turned by its half against the first pose, for good.
+// It turns at half a radian per second from the first point of the first scan on: a map that starts
+// with that scan distorted would stay rotated by half of that against the first pose.
 TEST(RobustOdometry, a_start_in_a_turn_leaves_the_first_pose_where_it_is) {
   TestRoom room;
   room.rest_s = -3.0;
@@ -114,15 +114,15 @@ TEST(RobustOdometry, an_imu_turned_and_aside_gives_the_poses_of_the_body) {
   EXPECT_LT(run.gravity_error_rad, 0.01);
 }
 
-// It rolls for half a second and stands then. What rests now has not rested from the start: the
-// first pose must not be taken for the present one.
+// It rolls for half a second and then stops. Standstill now does not imply standstill since the
+// start: the first pose must not be taken as the present one.
 TEST(RobustOdometry, a_stop_right_after_the_start_does_not_throw_it_back) {
   TestRoom room;
   room.rest_s = -1.0;
   room.stop_s = 0.35;
   const DriveLog run = drive(room, 3.0, true);
-  // The few scans before the stop leave the first pose a few centimetres off the map; thrown back
-  // to it, the vehicle would be off by the 0.25 m that it had driven.
+  // The few scans before the stop leave the first pose a few centimetres off the map; if reset to
+  // it, the vehicle would be off by the 0.25 m that it had driven.
   EXPECT_LT(run.final_error_m, 0.06);
   EXPECT_LT(run.worst_error_m, 0.08);  // 0.068 of it before the second scan shows any speed
 }
@@ -145,7 +145,7 @@ TEST(RobustOdometry, a_lidar_that_drops_out_while_the_vehicle_stands_leaves_it_w
   const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}, 0.0}, true);
   SerialExecutor executor;
   FindingList findings;
-  // Stamps as of today: what is read beyond the queue by mistake is older.
+  // Stamps as of today: a read beyond the queue by mistake gives an older one.
   const Duration since_1970 = Duration::from_s(1.7e9);
   int imu_index = 0;
   SE3 before;
@@ -155,10 +155,10 @@ TEST(RobustOdometry, a_lidar_that_drops_out_while_the_vehicle_stands_leaves_it_w
       sample.t = sample.t + since_1970;
       odometry->add_imu(sample);
     }
-    // Longer than what is remembered of the hold, several times.
+    // Several times longer than the stored history of a standstill.
     if (k > 30 && k % 16 < 12) continue;
     sensor::LidarScan scan = *room.scan(0.1 * k);
-    scan.t_begin = scan.t_begin + since_1970;
+    scan.t_start = scan.t_start + since_1970;
     scan.t_end = scan.t_end + since_1970;
     const ScanResult r = odometry->process(scan, executor, findings);
     if (k == 30) {
@@ -189,7 +189,7 @@ TEST(RobustOdometry, a_scan_without_points_does_not_make_it_surer) {
     sigma2_m2 = r.covariance.bottomRightCorner<3, 3>().trace();
   }
   auto empty = std::make_shared<sensor::LidarScan>();
-  empty->t_begin = Time::from_s(2.5);
+  empty->t_start = Time::from_s(2.5);
   empty->t_end = Time::from_s(2.599);
   const ScanResult r = odometry->process(*empty, executor, findings);
   EXPECT_EQ(r.state, TrackState::kPredicted);
@@ -209,7 +209,7 @@ TEST(RobustOdometry, says_so_and_begins_again_when_the_lidar_sees_nothing_for_lo
   sensor::LidarScan empty;
   bool diverged = false;
   for (int k = 5; k < 30; ++k) {
-    empty.t_begin = Time::from_s(0.1 * k);
+    empty.t_start = Time::from_s(0.1 * k);
     empty.t_end = Time::from_s(0.1 * k + 0.099);
     const ScanResult r = odometry->process(empty, executor, findings);
     EXPECT_TRUE(r.T_odom_body.p.allFinite());
@@ -224,20 +224,20 @@ TEST(RobustOdometry, says_so_and_begins_again_when_the_lidar_sees_nothing_for_lo
   EXPECT_EQ(r.state, TrackState::kGood);
 }
 
-/// The next scan, by a gyro that measures no more than its range.
+/// The next scan, with a gyro that clips at its range.
 ScanResult turn_beyond(Driven& driven, double range_radps) {
-  const double until_s = TestRoom::kSweep_s * (driven.sweeps + 1);
+  const double until_s = TestRoom::kScan_s * (driven.scans + 1);
   for (; 0.005 * driven.imu_samples <= until_s + 1e-9; ++driven.imu_samples) {
     sensor::ImuSample sample = driven.room.imu(0.005 * driven.imu_samples);
     sample.gyro_radps = sample.gyro_radps.cwiseMax(-range_radps).cwiseMin(range_radps);
     driven.odometry->add_imu(sample);
   }
-  return driven.sweep();
+  return driven.scan();
 }
 
-// Half of the turn is missing in the prediction: what is 10 m away is not in the cells in which it
-// was. Looked for there alone, a pose turned as the gyro said and drove off, 11 m in campaign seed
-// 660.
+// Half of the rotation is missing in the prediction: points 10 m away are outside the cells of
+// their planes. Searched in those cells alone, a pose rotated as the gyro measured and drove off,
+// 11 m in campaign seed 660.
 TEST(RobustOdometry, follows_a_turn_that_is_too_fast_for_the_gyro) {
   TestRoom room;
   room.walls = {{-12.0, -9.0, -1.0}, {14.0, 11.0, 2.6}};
@@ -245,7 +245,7 @@ TEST(RobustOdometry, follows_a_turn_that_is_too_fast_for_the_gyro) {
   Driven driven(room, 12, true);
   double worst_m = 0.0;
   double worst_rad = 0.0;
-  while (driven.sweeps < 50) {
+  while (driven.scans < 50) {
     const SE3 estimate = turn_beyond(driven, 0.75).T_odom_body;
     const SE3 truth = driven.room.pose(driven.t_end.s());
     worst_m = std::max(worst_m, (estimate.p - truth.p).norm());

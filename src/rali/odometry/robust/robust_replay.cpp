@@ -10,11 +10,11 @@ using geometry::Vec3;
 using sensor::LidarScan;
 
 RobustOdometry::StartMemory RobustOdometry::start_memory() const {
-  return {state_,       last_posterior_,  map_,          drift_,
-          map_tilt_,    constraints_,     refusal_,      axes_,
-          lidar_known_, blind_,           bend_,         seeing_scans_,
-          t_blind_,     t_speed_bounded_, t_seen_,       fastest_seen_mps_,
-          usual_fit_,   noise_boost_,     scans_in_map_, sampler_};
+  return {state_,        last_posterior_,  map_,          drift_,
+          map_tilt_,     constraints_,     refusal_,      axes_,
+          lidar_known_,  degenerate_,      bend_,         seeing_scans_,
+          t_degenerate_, t_speed_bounded_, t_seen_,       fastest_seen_mps_,
+          usual_fit_,    noise_boost_,     scans_in_map_, sampler_};
 }
 
 void RobustOdometry::take(const StartMemory& memory) {
@@ -27,10 +27,10 @@ void RobustOdometry::take(const StartMemory& memory) {
   refusal_ = memory.refusal;
   axes_ = memory.axes;
   lidar_known_ = memory.lidar_known;
-  blind_ = memory.blind;
+  degenerate_ = memory.degenerate;
   bend_ = memory.bend;
   seeing_scans_ = memory.seeing_scans;
-  t_blind_ = memory.t_blind;
+  t_degenerate_ = memory.t_degenerate;
   t_speed_bounded_ = memory.t_speed_bounded;
   t_seen_ = memory.t_seen;
   fastest_seen_mps_ = memory.fastest_seen_mps;
@@ -40,7 +40,7 @@ void RobustOdometry::take(const StartMemory& memory) {
   sampler_ = memory.sampler;
 }
 
-/// Down as the mean force of `span_s` has it, to what vehicles accelerate by meanwhile.
+/// Sets gravity from the mean force of `span_s`, with a sigma for the vehicle's acceleration in it.
 void RobustOdometry::level_start(const Vec3& g_odom_mps2, double span_s, FilterState& begin) const {
   const double bias = settings_.initialisation.accel_bias_sigma_mps2;
   const double tilt = mean_force_sigma_mps2(span_s) / settings_.initialisation.gravity_mps2;
@@ -51,7 +51,7 @@ void RobustOdometry::level_start(const Vec3& g_odom_mps2, double span_s, FilterS
   begin.P.diagonal().segment<2>(kGravity).setConstant(tilt * tilt);
 }
 
-/// Goes through the first scans from the first pose on, at a first speed.
+/// Replays the first scans from the first pose on, at a given first speed.
 FirstSpeedFit RobustOdometry::replay(std::span<const LidarScan> scans, const FirstSpeed& first,
                                      FindingList& findings) {
   FilterState begin = state_;
@@ -68,7 +68,7 @@ FirstSpeedFit RobustOdometry::replay(std::span<const LidarScan> scans, const Fir
   map_ = PlaneMap(settings_.map);
   scans_in_map_ = 0;
   drift_.establish_all();
-  insert_at_constant_speed(scans.front(), gyro_rate(scans.front().t_begin, scans.front().t_end));
+  insert_at_constant_speed(scans.front(), gyro_rate(scans.front().t_start, scans.front().t_end));
   const Vec3 ahead = begin.T_odom_body.R.col(0);
   FirstSpeedFit fit;
   for (const LidarScan& scan : scans.subspan(1)) {
@@ -81,8 +81,8 @@ FirstSpeedFit RobustOdometry::replay(std::span<const LidarScan> scans, const Fir
     constrain(done, findings);
     if (done.matches >= settings_.update.matches_min || scans_in_map_ < kYoungScans) insert(scan);
     last_posterior_ = state_;
-    if (&scan == &scans.back()) break;  // its covariance is asked for with its result
-    covariance(done);                   // the map's error grows on the way
+    if (&scan == &scans.back()) break;  // its covariance is computed with its result
+    covariance(done);                   // the map's error grows along the path
     drift_.establish_all();
   }
   const double n = static_cast<double>(scans.size() - 1);
@@ -91,11 +91,11 @@ FirstSpeedFit RobustOdometry::replay(std::span<const LidarScan> scans, const Fir
   return fit;
 }
 
-/// The first scan has no motion before it: its own is taken for constant.
+/// No motion is known before the first scan: its own is taken as constant.
 void RobustOdometry::insert_at_constant_speed(const LidarScan& scan,
                                               const std::optional<Vec3>& gyro_radps) {
   constexpr int kSteps = 10;
-  const double span_s = (scan.t_end - scan.t_begin).s();
+  const double span_s = (scan.t_end - scan.t_start).s();
   const Vec3 w = gyro_radps ? Vec3(*gyro_radps - state_.gyro_bias_radps) : Vec3::Zero();
   poses_.clear();
   for (int k = 0; k <= kSteps; ++k) {

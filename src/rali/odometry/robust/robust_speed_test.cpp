@@ -16,21 +16,22 @@ bool contradicts(const Driven& driven) {
   });
 }
 
-// A vehicle that slips, or a sensor that fails, has once driven 600 m off in a minute and stated 9.
+// A slipping vehicle, or a failing sensor, once led the pose 600 m off in a minute at a sigma of 9
+// m.
 TEST(SpeedBound, a_speed_that_no_such_vehicle_has_is_refused_with_the_way_that_led_to_it) {
   Driven driven(tunnel(), 25, true);
-  ASSERT_TRUE(driven.filter->blind_axis());
+  ASSERT_TRUE(driven.filter->degenerate_axis());
   const double before_m = std::sqrt(driven.filter->position_covariance()(0, 0));
-  double most_mps = 0.0;
+  double max_mps = 0.0;
   ScanResult result;
   for (int k = 0; k < 20 && !contradicts(driven); ++k) {
     result = drive_pushed(driven, 5, 1.0);
-    most_mps = std::max(most_mps, std::abs(result.v_odom_mps.x()));
+    max_mps = std::max(max_mps, std::abs(result.v_odom_mps.x()));
   }
   ASSERT_TRUE(contradicts(driven));
-  EXPECT_LT(most_mps, 20.0);
+  EXPECT_LT(max_mps, 20.0);
   EXPECT_LT(driven.findings.back().t, driven.findings.back().t_end);
-  // The vehicle has driven at 1 m/s; the push of 1 m/s2 had led the pose off by 15 m and more.
+  // The vehicle has driven at 1 m/s; the force of 1 m/s2 had led the pose off by 15 m and more.
   const double off_m = result.T_odom_body.p.x() - driven.room.pose(driven.t_end.s()).p.x();
   const double sigma_m = std::sqrt(driven.filter->position_covariance()(0, 0));
   EXPECT_LT(std::abs(off_m), 3.0 * sigma_m);
@@ -38,34 +39,34 @@ TEST(SpeedBound, a_speed_that_no_such_vehicle_has_is_refused_with_the_way_that_l
   EXPECT_LT(std::abs(driven.now().v_odom_mps.x()), 6.0);
 }
 
-// A car comes to a tunnel at a speed that the settings do not expect: the LiDAR has seen it drive.
+// A car enters a tunnel faster than the settings expect: the LiDAR has observed that speed.
 TEST(SpeedBound, a_speed_that_the_lidar_has_seen_is_usual) {
   OdometrySettings settings;
   settings.robust.constraints.speed_usual_mps = 0.1;
   TestRoom room = small_room();
   room.pillars.clear();
   Driven driven(room, 100, true, settings);
-  ASSERT_FALSE(driven.filter->blind_axis());
+  ASSERT_FALSE(driven.filter->degenerate_axis());
   ASSERT_GT(driven.now().v_odom_mps.norm(), 0.8);
   driven.room.walls.lo.x() = -4000.0;
   driven.room.walls.hi.x() = 4000.0;
   drive_pushed(driven, 60, 0.0);
-  ASSERT_TRUE(driven.filter->blind_axis());
+  ASSERT_TRUE(driven.filter->degenerate_axis());
   EXPECT_FALSE(contradicts(driven));
 }
 
-// Applied again and again it would claim that the vehicle stands.
+// Applied repeatedly the prior would pull the speed to zero.
 TEST(SpeedBound, bounds_the_uncertainty_of_the_speed_and_adds_nothing_to_it) {
   constexpr double kUsual_mps = 1.0;
   OdometrySettings settings;
   settings.robust.constraints.speed_usual_mps = kUsual_mps;
   Driven driven(tunnel(), 25, true, settings);
-  driven.room.accel_noise_mps2 = 2.0;  // it shakes, else it would count as at rest
-  ASSERT_TRUE(driven.filter->blind_axis());
+  driven.room.accel_noise_mps2 = 2.0;  // shaking, otherwise it would count as standstill
+  ASSERT_TRUE(driven.filter->degenerate_axis());
   double largest_mps = 0.0;
   double last_mps = 0.0;
   for (int k = 0; k < 600; ++k) {
-    driven.sweep();
+    driven.scan();
     last_mps = std::sqrt(driven.filter->covariance(unit_rows(*driven.filter))(6, 6));
     largest_mps = std::max(largest_mps, last_mps);
   }

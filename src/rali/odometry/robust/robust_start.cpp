@@ -17,7 +17,7 @@ using geometry::SE3;
 using geometry::Vec3;
 using sensor::LidarScan;
 
-/// The first scan defines odom: origin and heading are its own, up is against the mean force.
+/// The first scan defines odom: its own origin and heading; up is against the mean force.
 ScanResult RobustOdometry::start(const LidarScan& scan) {
   if (scan.size() == 0) return {};
   started_ = true;
@@ -41,11 +41,11 @@ ScanResult RobustOdometry::start(const LidarScan& scan) {
   state_.P.diagonal().segment<3>(kPos).setConstant(1e-10);
   state_.P.diagonal().segment<3>(kVel).setConstant(cv.start_speed_mps * cv.start_speed_mps);
   state_.P.diagonal().segment<3>(kGyroBias).setConstant(cv.start_rate_radps * cv.start_rate_radps);
-  poses_.assign(1, {state_.t, state_.T_odom_body});  // nothing is known of the way before
-  if (const auto rate = gyro_rate(scan.t_begin, scan.t_end)) state_.gyro_bias_radps = *rate;
+  poses_.assign(1, {state_.t, state_.T_odom_body});  // the path before is unknown
+  if (const auto rate = gyro_rate(scan.t_start, scan.t_end)) state_.gyro_bias_radps = *rate;
   sampler_.sample(scan);
   insert(scan);
-  begin_view(scan);
+  start_view(scan);
   if (scan.has_point_times && !scan.deskewed) first_scan_ = std::make_unique<LidarScan>(scan);
   if (has_imu_) start_scans_.push_back(scan);
   track_state_ = TrackState::kGood;
@@ -56,20 +56,20 @@ ScanResult RobustOdometry::start(const LidarScan& scan) {
   return result_of(scan, none);
 }
 
-/// A map of a noisy sensor by the figures of a good one has no planes. A sensor with less noise
-/// gains nothing: poses and surfaces spread a cell's points by as much.
+/// With the noise of a good sensor, the map of a noisy one would contain no planes. A less noisy
+/// sensor gains nothing: poses and surfaces spread a cell's points by as much.
 void RobustOdometry::set_range_noise(const LidarScan& scan) {
-  constexpr double kLeast_m = 0.02;
-  constexpr double kMost_m = 0.1;
+  constexpr double kMin_m = 0.02;
+  constexpr double kMax_m = 0.1;
   const double given_m = settings_.range_sigma_m;
   const double sigma_m =
       given_m > 0.0 ? given_m
-                    : std::clamp(measure_range_noise(scan).value_or(kLeast_m), kLeast_m, kMost_m);
+                    : std::clamp(measure_range_noise(scan).value_or(kMin_m), kMin_m, kMax_m);
   settings_.map.plane.range_sigma_m = sigma_m;
   matcher_.set_range_sigma(sigma_m);
 }
 
-/// The turn rate during a scan by the gyro, where there is one that did not clip.
+/// The turn rate during a scan from the gyro, if there is one that did not clip.
 std::optional<Vec3> RobustOdometry::gyro_rate(Time begin, Time end) const {
   if (!has_imu_ || imu_.empty() || imu_.clipped(begin, end).any()) return std::nullopt;
   const std::vector<sensor::ImuSample> samples = imu_.between(begin, end);
@@ -77,9 +77,9 @@ std::optional<Vec3> RobustOdometry::gyro_rate(Time begin, Time end) const {
   return imu::statistics(samples).gyro_mean_radps;
 }
 
-/// The first scan was undistorted without knowing the speed, and everything hangs on it. Once
-/// the second tells the speed, the map is begun again with it, until both agree.
-void RobustOdometry::straighten_first(const LidarScan& second) {
+/// The first scan was undistorted with unknown speed, and the whole map depends on it. Once the
+/// second scan gives the speed, the map is rebuilt with it, until both agree.
+void RobustOdometry::deskew_first(const LidarScan& second) {
   constexpr int kRounds = 3;
   const std::unique_ptr<LidarScan> first = std::move(first_scan_);
   const FilterState begin = state_;
@@ -90,7 +90,7 @@ void RobustOdometry::straighten_first(const LidarScan& second) {
     poses_.clear();
     predict(second.t_end);
     sampler_.sample(second);
-    // Both sweeps are undistorted alike: what a wrong speed does to them then cancels.
+    // Both scans are undistorted alike, so that the effect of a wrong speed cancels.
     const UpdateResult done = update(second, 1);
     const bool useful = done.matches >= settings_.update.matches_min;
     if (useful) {
@@ -110,8 +110,8 @@ void RobustOdometry::straighten_first(const LidarScan& second) {
   T_propagated_ = propagated;
 }
 
-/// Before gravity is known the gyro already tells the turn rate, to its turn-on bias: sparse rings
-/// see little of pitch and height in their first scans.
+/// Before gravity is known the gyro already gives the turn rate, up to its turn-on bias: sparse
+/// rings constrain pitch and height poorly in their first scans.
 void RobustOdometry::turn_with_gyro(Time t_end) {
   const std::optional<Vec3> rate = gyro_rate(state_.t, t_end);
   if (!rate) return;
@@ -121,14 +121,14 @@ void RobustOdometry::turn_with_gyro(Time t_end) {
   state_.P.diagonal().segment<3>(kGyroBias).setConstant(bias * bias);
 }
 
-/// Without inertial data the prediction can be too poor for the registration to find the right
-/// place: other places near the prediction are tried, and the best fit is taken.
+/// Without inertial data the prediction can be too poor for the registration to converge to the
+/// right pose: other poses near the prediction are tried, and the best fit is kept.
 void RobustOdometry::look_around(const FilterState& predicted, UpdateResult& done) {
   if (has_imu_) return;
   const Vec3 up = -state_.g_odom_mps2.normalized();
   std::vector<Vec3> unseen;
   for (int k = 0; k < 3; ++k) {
-    if (blind_[static_cast<std::size_t>(k)]) unseen.emplace_back(axes_.col(k));
+    if (degenerate_[static_cast<std::size_t>(k)]) unseen.emplace_back(axes_.col(k));
   }
   const PoseGuess guess =
       guess_from(predicted.T_odom_body, predicted.P.topLeftCorner<6, 6>(), unseen, up);
@@ -136,7 +136,7 @@ void RobustOdometry::look_around(const FilterState& predicted, UpdateResult& don
   for (const SE3& start : search_pose(recent_, points_, guess, up, settings_.search)) {
     FilterState other = predicted;
     const UpdateResult elsewhere =
-        update_with_scan(other, matcher_, map_, start, settings_, axes_, blind_, false);
+        update_with_scan(other, matcher_, map_, start, settings_, axes_, degenerate_, false);
     if (elsewhere.fit > 1.05 * done.fit) {
       done = elsewhere;
       state_ = other;
@@ -144,9 +144,9 @@ void RobustOdometry::look_around(const FilterState& predicted, UpdateResult& don
   }
 }
 
-/// Before gravity is known the LiDAR's poses slide along what it cannot see, and a young map holds
-/// little. While the inertial data are those of a vehicle whose wheels do not turn, the speed is
-/// taken for zero there; where the LiDAR sees, slow driving over a smooth floor looks the same.
+/// Before gravity is known the LiDAR's poses drift along degenerate directions, and a young map
+/// constrains little. If the inertial data show no shaking, the speed is set to zero along these.
+/// Along observable directions it is not: slow driving over a smooth floor looks the same.
 void RobustOdometry::stand_if_still() {
   if (start_moved_) return;
   const InitialisationSettings& init = settings_.initialisation;
@@ -166,23 +166,23 @@ void RobustOdometry::stand_if_still() {
   update_linear<3>(state_, H, residual, sigma * sigma * Mat3::Identity());
 }
 
-/// Keeps the sweep as it is without motion, in case the vehicle turns out to be standing: the
-/// speed that the LiDAR alone guesses in its first scans would bend it.
+/// Keeps the scan as it is without motion, in case the vehicle turns out to be at standstill: the
+/// speed guessed by the LiDAR alone in its first scans would distort it.
 void RobustOdometry::remember_start(const LidarScan& scan, const UpdateResult& seen) {
   constexpr std::size_t kScansMax = 30;
-  constexpr std::size_t kReplayMax = 60;  // a longer start is not gone through again
+  constexpr std::size_t kReplayMax = 60;  // a longer start is not replayed
   if (start_scans_.size() < kReplayMax && !start_scans_.empty()) {
     start_scans_.push_back(scan);
   } else {
     start_scans_.clear();
   }
   if (start_points_.size() < kScansMax) {
-    const SweepMotion still(calibration_.T_body_lidar);
+    const ScanMotion still(calibration_.T_body_lidar);
     still.apply(scan, sampler_.insert_indices(), start_points_.emplace_back());
   }
   const Time begin = track_.front().t;
   const imu::ImuStatistics blocks = imu::statistics(block_means(imu_.between(begin, state_.t)));
-  // A young map and people who walk by drag the first poses by several sigma of one registration,
+  // A young map and passers-by drag the first poses by several sigma of one registration,
   // decimetres along a corridor.
   constexpr double kDragged_sigmas2 = 100.0;
   Mat6 I = seen.information;
@@ -190,7 +190,7 @@ void RobustOdometry::remember_start(const LidarScan& scan, const UpdateResult& s
   const Mat6 single = I.inverse();
   const Mat6 P = state_.P.topLeftCorner<6, 6>() + kDragged_sigmas2 * single;
   const SE3& first = track_.front().T_odom_body;
-  // The inertial data of a vehicle that turns slowly are as quiet as those of one that stands.
+  // The inertial data of a slowly turning vehicle are as quiet as those of one at standstill.
   const Vec3 up_body = -state_.T_odom_body.R.transpose() * state_.g_odom_mps2.normalized();
   const double turn_rad =
       up_body.dot(geometry::so3_log(first.R.transpose() * state_.T_odom_body.R));
@@ -200,15 +200,16 @@ void RobustOdometry::remember_start(const LidarScan& scan, const UpdateResult& s
   quiet_start_ = !start_moved_ && is_quiet(blocks, settings_.initialisation.rest);
 }
 
-/// All scans so far were taken from one place: the first pose.
-void RobustOdometry::begin_again_at_rest() {
-  // The map of the first scan alone was poor, and the poses found with it wander: all of them are
-  // put there. Gravity was found with the last of them: it stays where it was in the body.
+/// All scans so far were taken from the first pose.
+void RobustOdometry::start_again_at_rest() {
+  // The map of the first scan alone was poor, and the poses estimated in it drift: all of them are
+  // set to the first one. Gravity was computed at the last of them: it is kept in the body frame.
   const Mat3 back = track_.front().T_odom_body.R * state_.T_odom_body.R.transpose();
   state_.g_odom_mps2 = back * state_.g_odom_mps2;
   state_.T_odom_body = track_.front().T_odom_body;
   decorrelate(state_, kTheta, 6);
-  // Motion shows late: a vehicle that starts is held for so long as it has gone a centimetre.
+  // Motion is detected late: a starting vehicle counts as at standstill until it has moved a
+  // centimetre.
   constexpr double kUnnoticed_m = 0.01;
   state_.P.topLeftCorner<6, 6>() = 1e-10 * Mat6::Identity();
   state_.P.diagonal().segment<3>(kPos).setConstant(kUnnoticed_m * kUnnoticed_m);
@@ -220,10 +221,10 @@ void RobustOdometry::begin_again_at_rest() {
   }
 }
 
-/// Once gravity, velocity and biases can be solved for, the filter goes over to inertial data.
+/// Once gravity, velocity and biases can be solved for, the filter switches to inertial data.
 void RobustOdometry::try_initialise(FindingList& findings) {
-  // Where the LiDAR is blind the pose rests on the belief that nothing moves there. That helps the
-  // registration; whether it is true is what gravity and speed are solved for.
+  // Where the LiDAR is degenerate the pose relies on the assumption of no motion. That helps the
+  // registration, but gravity and speed must be solved without it.
   constexpr double kUnseen_m = 100.0;
   const Mat3 unseen = Mat3::Identity() - lidar_known_;
   track_.push_back({state_.t, state_.T_odom_body,
@@ -231,9 +232,9 @@ void RobustOdometry::try_initialise(FindingList& findings) {
   const auto guess = solve_initial(track_, imu_, settings_.initialisation, noise_,
                                    settings_.constraints.speed_usual_mps);
   if (guess && (guess->at_rest || guess->gravity_known)) {
-    begin_inertial(*guess);
+    start_inertial(*guess);
     if (guess->at_rest && quiet_start_) {
-      begin_again_at_rest();
+      start_again_at_rest();
       standstill_.stood_since(track_.front().t, state_.T_odom_body);
     } else {
       replay_start(*guess, findings);
@@ -241,14 +242,14 @@ void RobustOdometry::try_initialise(FindingList& findings) {
     end_start(guess->at_rest, findings);
     return;
   }
-  if (guess && begin_early(*guess, findings)) return end_start(false, findings);
+  if (guess && start_early(*guess, findings)) return end_start(false, findings);
   const Time oldest = state_.t - Duration::from_s(settings_.initialisation.give_up_s + 1.0);
   std::erase_if(track_, [oldest](const TrackedPose& p) { return p.t < oldest; });
   imu_.drop_before(oldest);
 }
 
 /// From here on the filter runs on inertial data.
-void RobustOdometry::begin_inertial(const InitialGuess& guess) {
+void RobustOdometry::start_inertial(const InitialGuess& guess) {
   inertial_ = true;
   state_.v = guess.v_odom_mps;
   state_.gyro_bias_radps = guess.gyro_bias_radps;
@@ -277,16 +278,16 @@ void RobustOdometry::end_start(bool at_rest, FindingList& findings) {
   findings.push_back(f);
 }
 
-/// The first scan in an empty map defines where the map is: the filter knows its pose there
-/// exactly, and what it did not know becomes an error of the whole map.
-void RobustOdometry::begin_map() {
+/// The first scan in an empty map defines the map's frame: the filter's pose becomes exact, and its
+/// covariance becomes an error of the whole map.
+void RobustOdometry::start_map() {
   drift_.add(state_.T_odom_body, state_.P.topLeftCorner<6, 6>());
   decorrelate(state_, kTheta, 6);
   state_.P.diagonal().head<6>().setConstant(1e-10);
 }
 
-/// The map no longer fits what is seen: a new map begins at the last believable pose.
-/// @param impossible  what no such vehicle does; empty if the LiDAR is lost
+/// The map no longer matches the scans: a new map starts at the last plausible pose.
+/// @param impossible motion that no such vehicle makes; empty if the LiDAR is lost
 void RobustOdometry::restart(const std::string& impossible, FindingList& findings) {
   Finding f;
   f.id = "odometry.diverged";
@@ -300,10 +301,10 @@ void RobustOdometry::restart(const std::string& impossible, FindingList& finding
   const Time now = state_.t;
   SE3 pose = last_good_;
   const Vec3 gravity = state_.g_odom_mps2;
-  SideStates side = std::move(state_.side);
+  AugmentedStates augmented = std::move(state_.augmented);
   state_ = FilterState{};
-  state_.P_side = SideCross::Zero(kStateDim, side.size());
-  state_.side = std::move(side);
+  state_.P_augmented = AugmentedCross::Zero(kStateDim, augmented.size());
+  state_.augmented = std::move(augmented);
   state_.t = now;
   state_.T_odom_body = pose;
   state_.g_odom_mps2 = gravity.allFinite() ? gravity : FilterState{}.g_odom_mps2;

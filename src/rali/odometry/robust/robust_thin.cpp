@@ -8,13 +8,13 @@ namespace rali::odometry::internal {
 using geometry::SE3;
 
 std::array<bool, 3> RobustOdometry::closed() const {
-  return {blind_[0] || thin_, blind_[1], blind_[2]};
+  return {degenerate_[0] || thin_, degenerate_[1], degenerate_[2]};
 }
 
 namespace {
 
-/// Whether the LiDAR moves the pose along the axis by more than the prediction leaves room for:
-/// what it sees there moves, or the inertial sensor is wrong. Only the LiDAR's word can be left
+/// Whether the LiDAR moves the pose along the axis beyond the predicted covariance: either the
+/// observed object moves, or the inertial sensor is wrong. Only the LiDAR's constraint can be left
 /// out.
 bool contradicts(const FilterState& predicted, const geometry::Vec3& axis,
                  const UpdateResult& done) {
@@ -27,17 +27,17 @@ bool contradicts(const FilterState& predicted, const geometry::Vec3& axis,
 
 }  // namespace
 
-/// Where little holds the vehicle along its weakest direction, and not in many places, it may be a
-/// cart or a person that drives along, or the trail of one in the map. Walls and niches were there
-/// before the vehicle had driven on from where it saw them first, fit in one place only, and do not
-/// contradict the inertial sensor. What does counts as nothing: the direction is degenerate in this
-/// scan.
+/// If only few points in few clusters constrain the weakest direction, they may belong to a cart or
+/// a person that moves along, or to its trail in the map. Walls and niches differ: their planes are
+/// established (the vehicle has moved on since it first saw them), they fit in one position only,
+/// and they do not contradict the inertial sensor. Otherwise the constraint is ignored and the
+/// direction is degenerate in this scan.
 void RobustOdometry::refuse_thin_hold(const FilterState& predicted, const SE3& start,
                                       UpdateResult& done) {
-  constexpr double kMany = 0.1;  // of the scan's points: no cart fills as much of it
-  constexpr int kPlaces = degeneracy::kClustersMost;  // in so many no cart or person is
-  constexpr double kStep_m = 0.4;                     // half a cell of the map
-  constexpr double kElsewhere = 0.5;                  // of what holds here
+  constexpr double kMany = 0.1;                      // of the scan's points: a cart covers fewer
+  constexpr int kPlaces = degeneracy::kClustersMax;  // a cart or person has fewer clusters
+  constexpr double kStep_m = 0.4;                    // half a cell of the map
+  constexpr double kElsewhere = 0.5;                 // of the information here
   if (!done.sees[0] || done.matches < settings_.update.matches_min) return;
   const geometry::Vec3 axis = done.axes.col(0);
   const auto facing = static_cast<double>(matcher_.points_facing(map_, axis));

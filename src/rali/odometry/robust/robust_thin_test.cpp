@@ -11,11 +11,11 @@ namespace {
 TestRoom::Box cart_at(double x_m) { return {{x_m, -0.5, -1.0}, {x_m + 0.8, 0.5, 1.9}}; }
 
 double true_x_m(const Driven& driven) {
-  return driven.room.pose(TestRoom::kSweep_s * driven.sweeps).p.x();
+  return driven.room.pose(TestRoom::kScan_s * driven.scans).p.x();
 }
 
-/// Under way in a tunnel, blind along it. It shakes, else it would count as at rest.
-Driven blind_in_a_tunnel(double speed_mps, int sweeps, std::uint64_t seed) {
+/// Driving in a tunnel, degenerate along it, shaking: otherwise it would count as standstill.
+Driven degenerate_in_a_tunnel(double speed_mps, int scans, std::uint64_t seed) {
   TestRoom room = tunnel();
   room.rng = Rng(seed, "room");
   room.speed_mps = speed_mps;
@@ -23,18 +23,18 @@ Driven blind_in_a_tunnel(double speed_mps, int sweeps, std::uint64_t seed) {
   room.columns = 300;
   Driven driven(room, 13, true);
   driven.room.accel_noise_mps2 = 0.3;
-  while (driven.sweeps < sweeps) driven.sweep();
+  while (driven.scans < scans) driven.scan();
   return driven;
 }
 
-/// In how many of the last 40 of 80 scans with a box in sight the tunnel's axis is seen.
+/// In how many of the last 40 of 80 scans with a box in view the tunnel's axis is observable.
 template <class BoxOf>
 int scans_that_see(Driven& driven, const BoxOf& box_of) {
   int seen = 0;
   for (int k = 0; k < 80; ++k) {
     driven.room.pillars = {box_of(driven)};
-    driven.sweep();
-    if (k >= 40 && !driven.filter->blind_axis()) ++seen;
+    driven.scan();
+    if (k >= 40 && !driven.filter->degenerate_axis()) ++seen;
   }
   return seen;
 }
@@ -42,12 +42,12 @@ int scans_that_see(Driven& driven, const BoxOf& box_of) {
 double off_m(const Driven& driven) { return driven.now().T_odom_body.p.x() - true_x_m(driven); }
 
 // Taken for a wall it holds the vehicle back: 4 to 8 m are lost in half of the seeds. It differs
-// from a wall by what the inertial sensor measures, and by young planes. Of 96 seeds none is
-// held back.
+// from a wall by contradicting the inertial sensor, and by young planes. Of 96 seeds none is held
+// back.
 TEST(ThinHold, a_cart_that_drives_ahead_is_no_wall_of_the_tunnel) {
   struct Case {
     double speed_mps;
-    int sweeps;
+    int scans;
     double gap_m;
   };
 
@@ -55,7 +55,7 @@ TEST(ThinHold, a_cart_that_drives_ahead_is_no_wall_of_the_tunnel) {
   for (const Case& c : {Case{1.0, 25, 2.0}, Case{0.6, 50, 3.0}}) {
     int held_back = 0;
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-      Driven driven = blind_in_a_tunnel(c.speed_mps, c.sweeps, seed);
+      Driven driven = degenerate_in_a_tunnel(c.speed_mps, c.scans, seed);
       const auto cart = [&](const Driven& d) { return cart_at(true_x_m(d) + c.gap_m); };
       const int seen = scans_that_see(driven, cart);
       if (seen >= 10 || std::abs(off_m(driven)) > 2.0) ++held_back;
@@ -64,14 +64,14 @@ TEST(ThinHold, a_cart_that_drives_ahead_is_no_wall_of_the_tunnel) {
   }
 }
 
-// Of 64 seeds 19 see the box in too few scans, and 6 are off by more than 0.4 m; rms 0.22 m. With
-// repeated spots counted as samples it was 13, 7 and 0.30 m.
+// Of 64 seeds 19 observe the box in too few scans, and 6 are off by more than 0.4 m; rms 0.22 m.
+// With repeated spots counted as samples it was 13, 7 and 0.30 m.
 TEST(ThinHold, a_box_that_stands_in_the_tunnel_holds_the_vehicle) {
   constexpr int kSeeds = 24;
   int rarely_seen = 0;
   double sum2_m2 = 0.0;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    Driven driven = blind_in_a_tunnel(1.0, 25, seed);
+    Driven driven = degenerate_in_a_tunnel(1.0, 25, seed);
     const TestRoom::Box box = cart_at(true_x_m(driven) + 11.0);
     if (scans_that_see(driven, [&](const Driven&) { return box; }) <= 30) ++rarely_seen;
     sum2_m2 += off_m(driven) * off_m(driven);

@@ -24,7 +24,7 @@ inline Rooms two_rooms() {
           {0, -2, 5, -2},  {0, 3, 5, 3},    {5, -2, 5, 3}, {-4, 2, -3, 2},   {-3, 2, -3, 3}};
 }
 
-/// One large hall: another place.
+/// One large hall: a different place.
 inline Rooms hall() { return {{-9, -7, -9, 7}, {9, -7, 9, 7}, {-9, -7, 9, -7}, {-9, 7, 9, 7}}; }
 
 /// Horizontal distance to the first wall.
@@ -45,12 +45,12 @@ inline double distance_m(const Rooms& rooms, double x, double y, double angle_ra
   return nearest;
 }
 
-/// What a LiDAR sees there: 64 rings of -42 to 42 degrees, a ray each 1.5 degrees.
+/// A LiDAR scan from there: 64 rings from -42 to 42 degrees, a ray each 1.5 degrees.
 inline sensor::LidarScan seen_from(const Rooms& rooms, double x, double y, double yaw_rad, Time t) {
   constexpr double kHalfHeight_m = 1.5;
   constexpr double kRadian = std::numbers::pi / 180.0;
   sensor::LidarScan scan;
-  scan.t_begin = t;
+  scan.t_start = t;
   scan.t_end = t;
   for (int column = 0; column < 240; ++column) {
     const double azimuth = 1.5 * kRadian * column;

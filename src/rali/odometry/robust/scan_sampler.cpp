@@ -7,8 +7,8 @@ namespace rali::odometry {
 
 void thin_evenly(std::vector<std::uint32_t>& indices, std::size_t n_max) {
   if (indices.size() <= n_max) return;
-  const double share = static_cast<double>(n_max) / static_cast<double>(indices.size());
-  const auto limit = static_cast<std::uint64_t>(share * 0x1.0p63);
+  const double fraction = static_cast<double>(n_max) / static_cast<double>(indices.size());
+  const auto limit = static_cast<std::uint64_t>(fraction * 0x1.0p63);
   std::erase_if(indices, [limit](std::uint32_t i) {
     return (cloud::hash_key(i + 0x9e3779b97f4a7c15ULL) >> 1) >= limit;
   });
@@ -22,13 +22,13 @@ ScanSampler::ScanSampler(const SamplingSettings& settings)
 void ScanSampler::sample_one(const cloud::PointSpan& points,
                              const std::vector<std::uint32_t>& candidates, Spacing& spacing,
                              std::vector<std::uint32_t>& out) {
-  // Twice, if the first choice gives far too many or too few: a door into a hall changes all.
+  // Twice if the first choice is far off the wanted number, e.g. through a door into a hall.
   for (int round = 0; round < 2; ++round) {
     out.clear();
     sampler_.sample_rays(points, candidates, spacing.spacing_m, out);
     const double ratio = static_cast<double>(out.size()) / spacing.wanted;
     const bool poor = ratio > 2.0 || ratio < 0.5;
-    // The number goes with the square of the spacing; rings leave gaps, so half the step.
+    // The number varies with the square of the spacing; rings leave gaps, so half the step.
     spacing.spacing_m = std::clamp(spacing.spacing_m * std::sqrt(std::sqrt(ratio)) *
                                        (poor ? std::sqrt(std::sqrt(ratio)) : 1.0),
                                    settings_.spacing_min_m, settings_.spacing_max_m);

@@ -9,8 +9,8 @@
 
 namespace rali::odometry {
 
-/// Chooses the points of a sweep that move the pose and those that go into the map. Works on the
-/// measured points: which point stands for a voxel does not depend on the exact motion.
+/// Chooses the points of a scan for the update and those for the map. Works on the measured points,
+/// so that the choice per voxel does not depend on the exact motion.
 class ScanSampler {
  public:
   explicit ScanSampler(const SamplingSettings& settings);
@@ -22,7 +22,7 @@ class ScanSampler {
   [[nodiscard]] const std::vector<std::uint32_t>& insert_indices() const { return insert_; }
 
  private:
-  /// Follows the wanted number from scan to scan.
+  /// Adapts the spacing from scan to scan to get the wanted number of points.
   struct Spacing {
     double spacing_m = 0.1;
     int wanted = 0;

@@ -23,7 +23,7 @@ TEST(ScanSampler, comes_near_the_wanted_numbers_in_narrow_and_wide_places) {
     EXPECT_LT(sampler.update_indices().size(), 3100U) << scale;
     EXPECT_GT(sampler.insert_indices().size(), 2900U) << scale;
     EXPECT_LE(sampler.insert_indices().size(), 12200U) << scale;
-    // What moves the pose is part of what goes into the map.
+    // The points of the update are a subset of those for the map.
     EXPECT_TRUE(std::includes(sampler.insert_indices().begin(), sampler.insert_indices().end(),
                               sampler.update_indices().begin(), sampler.update_indices().end()));
   }

@@ -13,10 +13,11 @@ using geometry::Vec3f;
 namespace {
 
 constexpr float kRangeMin_m = 0.3F;
-/// A cell is 4 degrees wide: what stands across it at 60 degrees of incidence spreads by a tenth.
+/// A cell is 4 degrees wide: a surface at 60 degrees of incidence spreads by a tenth across it.
 constexpr float kTolerance = 0.08F;
 constexpr float kTolerance_m = 0.15F;
-/// So many of a cell and its eight neighbours must hold a point before rays count as gone through.
+/// Minimum of occupied cells among a cell and its eight neighbours for its rays to contradict a
+/// point.
 constexpr int kSeenMin = 5;
 
 }  // namespace

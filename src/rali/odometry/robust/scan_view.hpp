@@ -7,10 +7,10 @@
 
 namespace rali::odometry {
 
-/// How two scans agree on what they both see, the pose of one in the other taken for granted.
+/// Agreement of two scans where their views overlap, for a given relative pose.
 struct ViewAgreement {
-  int agree = 0;    ///< points where the other scan has a surface, too
-  int through = 0;  ///< points that rays of the other scan went through: a contradiction
+  int agree = 0;    ///< points at which the other scan has a surface, too
+  int through = 0;  ///< points that rays of the other scan passed through: a contradiction
 
   /// Fraction of contradictions, 0 to 1; 0 when nothing can be compared.
   [[nodiscard]] double conflict() const {
@@ -19,10 +19,10 @@ struct ViewAgreement {
   }
 };
 
-/// A scan as ranges by direction (cells of 4 degrees). Where a point of another scan lies before
-/// the surface that a ray hit, one of the two poses is wrong; where it lies behind, it was hidden,
-/// which a new room is as well: unlike the part of a scan that finds the map, this tells a wrong
-/// pose from a new place.
+/// A scan as ranges by direction (cells of 4 degrees). If a point of another scan lies in front of
+/// the surface that a ray hit, one of the two poses is wrong. If it lies behind, it was occluded,
+/// which is also true in a new room. So, unlike the fraction of points that match the map, this
+/// distinguishes a wrong pose from a new place.
 class ScanView {
  public:
   /// @param points_body one scan; rays start at `p_body_lidar`.
@@ -46,7 +46,7 @@ class ScanView {
   void count(const std::vector<geometry::Vec3f>& points, const geometry::SE3& T_this_points,
              ViewAgreement& out) const;
 
-  std::vector<geometry::Vec3f> points_;  ///< from the LiDAR
+  std::vector<geometry::Vec3f> points_;  ///< relative to the LiDAR
   std::vector<Cell> cells_;              ///< by row, then column
 };
 

@@ -15,7 +15,7 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 ScanView view_from(double x, double y, double yaw_rad) {
   const sensor::LidarScan scan = test::seen_from(test::two_rooms(), x, y, yaw_rad, Time{});
   BodyPoints points;
-  SweepMotion(SE3{}).apply(scan, {}, points);
+  ScanMotion(SE3{}).apply(scan, {}, points);
   return {points, Vec3::Zero()};
 }
 

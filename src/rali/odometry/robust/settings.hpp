@@ -11,8 +11,8 @@
 
 namespace rali::odometry {
 
-/// Which points of a sweep are used: one per bundle of rays, of a width that gives the wanted
-/// number in narrow and wide places alike.
+/// Which points of a scan are used: one per bundle of rays, whose width gives the wanted number in
+/// narrow and wide places alike.
 struct SamplingSettings {
   int update_points = 1500;
   int insert_points = 6000;
@@ -68,7 +68,7 @@ struct ConstantVelocitySettings {
   }
 };
 
-/// How gravity and biases are found (algorithms 1.4).
+/// How gravity and biases are initialised (algorithms 1.4).
 struct InitialisationSettings {
   imu::RestSettings rest;
   double window_s = 1.0;
@@ -100,12 +100,12 @@ struct InitialisationSettings {
   }
 };
 
-/// What carries the sensors. It sets the defaults of ConstraintSettings (config/presets.cpp).
+/// Carrier of the sensors. It sets the defaults of ConstraintSettings (config/presets.cpp).
 enum class Carrier { kGround, kHandheld, kDrone };
 inline constexpr ChoiceNames<3> kCarrierNames{"ground", "handheld", "drone"};
 
-/// Knowledge about how the carrier moves, with the defaults of ground vehicles; non_holonomic and
-/// ground switch themselves off where they do not hold.
+/// Constraints on the motion of the carrier, with the defaults of ground vehicles; non_holonomic
+/// and ground switch themselves off where they do not hold.
 struct ConstraintSettings {
   bool standstill = true;
   bool non_holonomic = true;
@@ -131,7 +131,7 @@ struct ConstraintSettings {
   }
 };
 
-/// When a sweep becomes a keyframe.
+/// When a scan becomes a keyframe.
 struct KeyframeSettings {
   double distance_m = 0.5;
   double angle_deg = 20.0;

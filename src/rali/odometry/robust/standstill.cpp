@@ -20,13 +20,13 @@ namespace {
 constexpr double kSpeedMax_mps = 0.05;
 constexpr double kSpeedSigmaMax_mps = 0.1;
 constexpr double kTravelMax_m = 0.01;
-constexpr double kDrives_mps = 0.3;      // the LiDAR sees the vehicle drive
-constexpr double kChanceToBegin = 0.01;  // of a window of standing that one test refuses
+constexpr double kDrives_mps = 0.3;      // by the LiDAR, the vehicle drives
+constexpr double kChanceToStart = 0.01;  // that one test rejects a window of standstill
 constexpr double kTests = 3.0;           // quiet, turns, pushed
 constexpr double kBlock_s = 0.1;         // stillness.hpp
 constexpr double kLong_s = 15.0;
 
-/// Noise alone is that large with less than this chance, or the figure is none.
+/// Noise alone reaches this value with less than this chance, or the value is invalid.
 bool beyond(double chi2, int dof, double chance) {
   return !std::isfinite(chi2) || geometry::chi2_tail(chi2, dof) < chance;
 }
@@ -48,19 +48,19 @@ std::optional<imu::NoiseDensity> StandstillDetector::rest_density() const {
   return imu::NoiseDensity{density(at_rest_->gyro_sd_radps), density(at_rest_->accel_sd_mps2)};
 }
 
-/// Windows of scans in a row overlap: as if none did there are at most so many false starts.
+/// Windows of consecutive scans overlap: treated as independent, this is an upper bound.
 double StandstillDetector::chance(Time now) const {
-  if (!stands_since_ || recent_.empty()) return kChanceToBegin;
+  if (!stands_since_ || recent_.empty()) return kChanceToStart;
   const double between_s = std::clamp((now - recent_.back().t).s(), 0.0, constraints_.rest_after_s);
-  return std::min(kChanceToBegin, false_starts_per_hour_ * between_s / 3600.0 / kTests);
+  return std::min(kChanceToStart, false_starts_per_hour_ * between_s / 3600.0 / kTests);
 }
 
-/// No more than the noise of the sensor, as its spread over a window varies by chance.
+/// No more than the noise of the sensor, whose spread in a window varies by chance.
 bool StandstillDetector::wheels_stand(const imu::ImuStatistics& raw) const {
-  static constexpr double kSpreadMost = 1.3;
+  static constexpr double kSpreadMax = 1.3;
   if (!at_rest_ || raw.samples < 20) return false;
   const auto calm = [](const Vec3& now, const Vec3& rest) {
-    return (now.array() < kSpreadMost * rest.array()).all();
+    return (now.array() < kSpreadMax * rest.array()).all();
   };
   return calm(raw.accel_sd_mps2, at_rest_->accel_sd_mps2) &&
          calm(raw.gyro_sd_radps, at_rest_->gyro_sd_radps);
@@ -71,7 +71,7 @@ bool StandstillDetector::calm(const FilterState& state, const InertialBuffer& im
   return state.v.norm() < kDrives_mps && wheels_stand(imu::statistics(imu.between(begin, state.t)));
 }
 
-/// The calmest stretch of driving shakes the sensor well beyond its spread at standstill.
+/// Even the smoothest driving shakes the sensor well beyond its spread at standstill.
 bool StandstillDetector::driving_shakes() const {
   constexpr double kFactor = 1.8;
   return at_rest_ && (driving_accel_mps2_ > kFactor * at_rest_->accel_sd_mps2.norm() ||
@@ -83,8 +83,8 @@ void StandstillDetector::learn_driving(const FilterState& state, const imu::ImuS
   const bool drives =
       state.v.norm() > kDrives_mps && sigma2 < kSpeedSigmaMax_mps * kSpeedSigmaMax_mps;
   if (!drives || raw.samples < 20) return;
-  // A low quantile, slowly followed: a pose that slides while the vehicle stands looks like calm
-  // driving and must not teach that there is such.
+  // A low quantile, followed slowly: a pose that drifts at standstill looks like smooth driving and
+  // must not be learnt as such.
   constexpr double kQuantile = 0.2;
   constexpr double kStep = 0.01;
   const auto track = [](double& low, double now) {
@@ -122,12 +122,12 @@ double StandstillDetector::memory_s() const {
 }
 
 bool StandstillDetector::still_for_long(const FilterState& state, const InertialBuffer& imu,
-                                        const Vec3& blind_axis) const {
+                                        const Vec3& degenerate_axis) const {
   constexpr double kLateralMax_m = 0.02;
   constexpr double kTurnMax_rad = 0.004;
   const Time begin = state.t - Duration::from_s(kLong_s);
   if (recent_.front().t > begin) return false;
-  const Mat3 seen = Mat3::Identity() - blind_axis * blind_axis.transpose();
+  const Mat3 seen = Mat3::Identity() - degenerate_axis * degenerate_axis.transpose();
   for (const Moment& m : recent_) {
     const geometry::Vec6 moved = geometry::boxminus(m.T, state.T_odom_body);
     if ((seen * (m.T.p - state.T_odom_body.p)).norm() > kLateralMax_m) return false;
@@ -136,15 +136,15 @@ bool StandstillDetector::still_for_long(const FilterState& state, const Inertial
   return is_only_noise(block_means(imu.between(begin, state.t)));
 }
 
-/// Nothing shakes it, or no more than white noise as large as the sensor has shown at standstill.
+/// No shaking, or no more than the white noise of the sensor at standstill.
 bool StandstillDetector::quiet(const imu::ImuStatistics& blocks, double chance) const {
   constexpr double kAxes = 6.0;
   if (blocks.samples < 4) return false;
   if (is_quiet(blocks, rest_)) return true;
   if (!at_rest_) return false;
-  const double share = at_rest_->period_s / kBlock_s;  // of the variance that a block's mean has
+  const double fraction = at_rest_->period_s / kBlock_s;  // of the variance that a block's mean has
   const auto noise = [&](double sd, double limit, double rest_sd) {
-    const double chi2 = blocks.samples * sd * sd / (share * rest_sd * rest_sd);
+    const double chi2 = blocks.samples * sd * sd / (fraction * rest_sd * rest_sd);
     return sd < limit || !beyond(chi2, blocks.samples - 1, chance / kAxes);
   };
   bool all = true;
@@ -157,7 +157,7 @@ bool StandstillDetector::quiet(const imu::ImuStatistics& blocks, double chance) 
   return all;
 }
 
-/// A vehicle that starts squats slowly: below the spread of the blocks, but not of their mean.
+/// A starting vehicle squats slowly: below the spread of the blocks, but visible in their mean.
 bool StandstillDetector::turns(const FilterState& state, const imu::ImuStatistics& blocks,
                                double gyro_radps_rthz, double chance) const {
   const Vec3 rate = blocks.gyro_mean_radps - state.gyro_bias_radps;
@@ -167,7 +167,8 @@ bool StandstillDetector::turns(const FilterState& state, const imu::ImuStatistic
 }
 
 bool StandstillDetector::update(const FilterState& state, const InertialBuffer& imu,
-                                const std::optional<Vec3>& blind_axis, double gyro_radps_rthz) {
+                                const std::optional<Vec3>& degenerate_axis,
+                                double gyro_radps_rthz) {
   certain_ = false;
   const double by_chance = chance(state.t);
   recent_.push_back({state.t, state.T_odom_body});
@@ -179,15 +180,15 @@ bool StandstillDetector::update(const FilterState& state, const InertialBuffer& 
   const imu::ImuStatistics raw = imu::statistics(window);
   const imu::ImuStatistics blocks = imu::statistics(block_means(window));
   learn_driving(state, raw);
-  const bool wheels =
-      at_rest_ ? wheels_stand(raw) : blind_axis && still_for_long(state, imu, *blind_axis);
+  const bool wheels = at_rest_ ? wheels_stand(raw)
+                               : degenerate_axis && still_for_long(state, imu, *degenerate_axis);
   const bool still = quiet(blocks, by_chance) &&
                      !turns(state, blocks, gyro_radps_rthz, by_chance) &&
                      !pushed(state, blocks, raw, by_chance);
-  // Along a blind axis speed and travel are what the filter believes, not what anybody saw: there
-  // the wheels decide.
+  // Along a degenerate axis speed and travel are not observed by the LiDAR: there wheels_stand()
+  // decides.
   Mat3 seen = Mat3::Identity();
-  if (blind_axis && wheels) seen -= *blind_axis * blind_axis->transpose();
+  if (degenerate_axis && wheels) seen -= *degenerate_axis * degenerate_axis->transpose();
   certain_ = still && wheels && driving_shakes();
   const bool stands = certain_ || (still && !moves_visibly(state, seen));
   learn_standing(state.t, stands, raw);
@@ -198,7 +199,7 @@ namespace {
 
 using Rows3 = Eigen::Matrix<double, 3, kStateDim>;
 
-/// The force that the pose leaves unexplained if the vehicle stands, in odom.
+/// Force in odom that is unexplained if the vehicle is at standstill.
 Vec3 unexplained(const FilterState& state, const Vec3& accel_mps2) {
   return state.T_odom_body.R * (accel_mps2 - state.accel_bias_mps2) + state.g_odom_mps2;
 }
@@ -213,8 +214,8 @@ Rows3 unexplained_rows(const FilterState& state, const Vec3& accel_mps2) {
   return H;
 }
 
-/// Updates biases and gravity; the pose is considered, not estimated (Schmidt 1966): it stays, and
-/// what gravity owes to its error is known when the LiDAR corrects it.
+/// Updates biases and gravity; the pose is considered, not estimated (Schmidt 1966). It stays, and
+/// the correlation lets gravity follow when the LiDAR corrects the pose.
 void teach(FilterState& state, const Rows3& H, const Vec3& residual, double variance) {
   const Eigen::Matrix<double, kStateDim, 3> PHt = state.P * H.transpose();
   const Mat3 S = H * PHt + variance * Mat3::Identity();
@@ -223,16 +224,16 @@ void teach(FilterState& state, const Rows3& H, const Vec3& residual, double vari
   const StateCov A = StateCov::Identity() - K * H;
   state.P = A * state.P * A.transpose() + variance * K * K.transpose();
   state.P = 0.5 * (state.P + state.P.transpose()).eval();
-  if (state.side.size() > 0) state.P_side = (A * state.P_side).eval();
+  if (state.augmented.size() > 0) state.P_augmented = (A * state.P_augmented).eval();
   add_error(state, K * residual);
 }
 
 }  // namespace
 
-/// A vehicle that starts smoothly pushes the sensor before anything else shows it.
+/// A smooth start shows first as a force on the sensor.
 bool StandstillDetector::pushed(const FilterState& state, const imu::ImuStatistics& blocks,
                                 const imu::ImuStatistics& raw, double chance) const {
-  constexpr double kSway_mps2 = 0.03;  // 3 mrad: somebody gets in, the ground gives way
+  constexpr double kSway_mps2 = 0.03;  // 3 mrad: a person gets in, the ground yields
   const imu::ImuStatistics& sensor = at_rest_ ? *at_rest_ : raw;
   const double white =
       sensor.accel_sd_mps2.squaredNorm() / 3.0 * sensor.period_s / constraints_.rest_after_s;

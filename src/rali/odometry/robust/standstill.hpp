@@ -10,48 +10,49 @@
 
 namespace rali::odometry {
 
-/// Decides from inertial samples, the filter's speed and the LiDAR's poses whether the vehicle
-/// stands (algorithms 2.6).
+/// Detects standstill from inertial samples, the filter's speed and the LiDAR's poses (algorithms
+/// 2.6).
 ///
-/// Two ways lead there. A vehicle that drives shakes its inertial sensor; once both are known, what
-/// the sensor measures at standstill and how much more it measures while driving, the sensor alone
-/// proves standstill, whatever the LiDAR seems to see. Until then, or where driving cannot be told
-/// from standing, speed and travel must be small where the LiDAR knows them.
+/// There are two ways. A driving vehicle shakes its inertial sensor. Once the sensor's noise at
+/// standstill and the excess while driving are both known, the sensor alone proves standstill,
+/// whatever the LiDAR measures. Until then, or if driving and standstill look alike, speed and
+/// travel must be small along observable directions.
 ///
-/// A vehicle that has not stood yet where its LiDAR is degenerate, with a sensor that is noisy or
-/// on a running engine: standstill and slow driving look the same within a second. In 15 s whoever
-/// drives steers, turns or sways; who does not, stands.
+/// Special case: a degenerate LiDAR, no earlier standstill, and a sensor that is noisy or on a
+/// running engine. Standstill and slow driving then look the same within a second. Within 15 s a
+/// driving vehicle steers, turns or sways; one that does none of these is at standstill.
 ///
-/// Each test asks whether noise alone explains what the sensor measures. How often it may say no of
-/// a vehicle that stands depends on what that costs. Before the vehicle is taken for standing it is
-/// a window lost: one in a hundred. Afterwards it is a false start, which lets the pose drift: one
-/// in an hour of standing, all tests and scans together, unless somebody else decides the end.
+/// Each test asks whether noise alone explains the measurements. The allowed rate of false
+/// rejections depends on their cost. Before standstill is detected, a rejection costs one window:
+/// one in a hundred. Afterwards it is a false start, which lets the pose drift: one per hour of
+/// standstill, all tests and scans together, unless the caller decides the end.
 class StandstillDetector {
  public:
-  /// @param false_starts_per_hour of standing, by chance
+  /// @param false_starts_per_hour of standstill, by chance
   StandstillDetector(const ConstraintSettings& constraints, const imu::RestSettings& rest,
                      double false_starts_per_hour = 1.0)
       : constraints_(constraints), rest_(rest), false_starts_per_hour_(false_starts_per_hour) {}
 
-  /// What the sensor measures while the wheels stand.
+  /// Learns the sensor's statistics at standstill.
   void learn(const imu::ImuStatistics& at_rest);
 
-  /// The vehicle has stood at this pose since then: no window of standing is waited for.
+  /// Standstill at this pose since then: no window of standstill is needed first.
   void stood_since(Time t, const geometry::SE3& T_odom_body);
 
-  /// Call after each scan. @param blind_axis unit direction in odom along which the LiDAR cannot
-  /// see motion, if there is one. @param gyro_radps_rthz density of the gyro's noise, at least.
-  /// @return true while the vehicle stands.
+  /// Call after each scan. @param degenerate_axis unit direction in odom along which the LiDAR
+  /// cannot observe motion, if there is one. @param gyro_radps_rthz lower bound of the gyro's noise
+  /// density.
+  /// @return true at standstill.
   bool update(const FilterState& state, const InertialBuffer& imu,
-              const std::optional<geometry::Vec3>& blind_axis, double gyro_radps_rthz);
+              const std::optional<geometry::Vec3>& degenerate_axis, double gyro_radps_rthz);
 
-  /// The sensor feels no more than at standstill, and nothing else tells of motion.
+  /// The sensor shows no more than its noise at standstill, and the speed is low.
   [[nodiscard]] bool calm(const FilterState& state, const InertialBuffer& imu) const;
 
   /// The last update() was decided by the inertial sensor alone.
   [[nodiscard]] bool certain() const { return certain_; }
 
-  /// Density of the white noise that the sensor shows at standstill; nothing until it has stood.
+  /// White noise density of the sensor at standstill; nothing before the first standstill.
   [[nodiscard]] std::optional<imu::NoiseDensity> rest_density() const;
 
   void reset() {
@@ -61,7 +62,7 @@ class StandstillDetector {
 
   [[nodiscard]] double window_s() const { return constraints_.rest_after_s; }
 
-  /// Inertial samples of so long are asked for.
+  /// Length of inertial data that update() needs.
   [[nodiscard]] double memory_s() const;
 
  private:
@@ -70,11 +71,11 @@ class StandstillDetector {
     geometry::SE3 T;
   };
 
-  /// What one test may say of a vehicle that stands by chance, now.
+  /// Probability with which one test may reject standstill by chance, now.
   [[nodiscard]] double chance(Time now) const;
   [[nodiscard]] bool wheels_stand(const imu::ImuStatistics& raw) const;
   [[nodiscard]] bool still_for_long(const FilterState& state, const InertialBuffer& imu,
-                                    const geometry::Vec3& blind_axis) const;
+                                    const geometry::Vec3& degenerate_axis) const;
   [[nodiscard]] bool quiet(const imu::ImuStatistics& blocks, double chance) const;
   [[nodiscard]] bool driving_shakes() const;
   [[nodiscard]] bool moves_visibly(const FilterState& state, const geometry::Mat3& seen) const;
@@ -89,15 +90,15 @@ class StandstillDetector {
   imu::RestSettings rest_;
   double false_starts_per_hour_ = 1.0;
   std::optional<imu::ImuStatistics> at_rest_;
-  /// Spread that most windows of driving exceed, accelerometer and gyro, norms.
+  /// Standard deviation that most windows of driving exceed, accelerometer and gyro, norms.
   double driving_accel_mps2_ = 0.0, driving_gyro_radps_ = 0.0;
   std::deque<Moment> recent_;
   std::optional<Time> stands_since_, drives_since_;
   bool certain_ = false;
 };
 
-/// Propagation while the pose is held: the pose stays, the velocity is zero, and what the sensor
-/// feels is its biases and gravity.
+/// Propagation at standstill: the pose is kept, the velocity is zero, and the sensor measures its
+/// biases and gravity.
 void propagate_held(FilterState& state, const InertialBuffer& buffer, Time t_end,
                     const ProcessNoise& noise);
 

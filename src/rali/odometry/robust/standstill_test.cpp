@@ -44,7 +44,7 @@ struct Recording {
   }
 };
 
-/// Stands from the begin on, at the noise that the detector is told.
+/// Standstill from the start, with the noise given to the detector.
 struct Standing {
   Recording r;
   StandstillDetector detector{{}, {}};
@@ -127,13 +127,13 @@ TEST(StandstillDetector, sees_motion_by_speed_travel_turning_and_shaking) {
 }
 
 TEST(StandstillDetector, proves_nothing_where_the_speed_is_unknown) {
-  Recording blind;  // a corridor without end: the filter does not know its speed
-  blind.state.P.diagonal().segment<3>(kVel).setConstant(0.04);
-  EXPECT_FALSE(stands_after(blind, 12));
+  Recording degenerate;  // a corridor without end: the filter has no speed estimate
+  degenerate.state.P.diagonal().segment<3>(kVel).setConstant(0.04);
+  EXPECT_FALSE(stands_after(degenerate, 12));
 }
 
-// A tunnel from the first scan on, and an engine that runs: nobody knows what the sensor shows at
-// standstill. The filter slides along the tunnel; all else stays where it is.
+// A tunnel from the first scan on, and a running engine: the sensor's noise at standstill is
+// unknown. The filter drifts along the tunnel; all else is at standstill.
 TEST(StandstillDetector, where_the_lidar_is_blind_a_long_time_without_motion_proves_rest) {
   const auto stands_at_s = [](double steers_m) {
     Recording r;
@@ -160,7 +160,7 @@ TEST(StandstillDetector, where_the_lidar_is_blind_wheels_that_do_not_shake_prove
     StandstillDetector detector({}, {});
     r.advance(1.0);
     detector.learn(imu::statistics(r.imu.between(Time{}, r.state.t)));
-    // The filter drifts along x, and knows no better.
+    // The filter drifts along x with a large speed sigma.
     r.state.v = v;
     r.state.P.diagonal().segment<3>(kVel) = Vec3(1.0, 1e-4, 1e-4);
     r.shake_mps2 = shake_mps2;
@@ -194,8 +194,7 @@ TEST(StandstillDetector, once_driving_is_known_to_shake_the_sensor_alone_proves_
     r.state.v = Vec3(1.0, 0.0, 0.0);
     r.shake_mps2 = shake_driving_mps2;
     EXPECT_FALSE(step(40));
-    // The LiDAR still sees the wall beside it glide by: a train that leaves, or a pose that is
-    // lost.
+    // The LiDAR still shows motion against the wall beside it: a train that leaves, or a lost pose.
     r.shake_mps2 = shake_now_mps2;
     const bool stands = step(20);
     EXPECT_EQ(stands, detector.certain());
@@ -216,11 +215,11 @@ TEST(StandstillDetector, an_hour_of_standing_has_about_one_false_start) {
     ends += stood && !stands ? 1 : 0;
     stood = stands;
   }
-  EXPECT_LE(ends, 3);  // of one and fewer on the average: in one of fifty hours
+  EXPECT_LE(ends, 3);  // one or fewer on average: in one of fifty hours
 }
 
 TEST(StandstillDetector, noise_that_the_sensor_always_has_shakes_nothing) {
-  // Means of 0.1 s spread by 0.2 m/s^2 of white noise, and 0.25 are allowed.
+  // Means of 0.1 s spread by 0.2 m/s^2 from white noise, and 0.25 are allowed.
   Standing vehicle(2, 0.2 * std::sqrt(20.0));
   int stands = 0;
   for (int k = 0; k < 1000; ++k) stands += vehicle.step() ? 1 : 0;
@@ -315,7 +314,7 @@ TEST(PropagateHeld, gravity_takes_what_the_pose_leaves_unexplained_and_follows_i
   for (int k = 1; k <= 50; ++k) propagate_held(s, r.imu, Time::from_s(0.1 * k), kNoise);
   const Vec3 left = s.T_odom_body.R * Vec3(0.0, 0.0, 9.81) + s.g_odom_mps2;
   EXPECT_LT(left.head<2>().norm(), 0.005) << "it would drive off with this acceleration";
-  // The LiDAR takes the pitch back: gravity must follow, or that much acceleration appears.
+  // The LiDAR corrects the pitch: gravity must follow, or that much acceleration appears.
   Eigen::Matrix<double, 3, kStateDim> H = Eigen::Matrix<double, 3, kStateDim>::Zero();
   H.block<3, 3>(0, kTheta).setIdentity();
   const Vec3 level(0.0, -0.003, 0.0);

@@ -35,26 +35,27 @@ void add_error(FilterState& state, const StateVec& delta) {
 
 void propagate_covariance(FilterState& state, const StateCov& F) {
   state.P = F * state.P * F.transpose();
-  if (state.side.size() > 0) state.P_side = (F * state.P_side).eval();
+  if (state.augmented.size() > 0) state.P_augmented = (F * state.P_augmented).eval();
 }
 
 void decorrelate(FilterState& state, int first, int n) {
   state.P.middleRows(first, n).setZero();
   state.P.middleCols(first, n).setZero();
-  state.P_side.middleRows(first, n).setZero();
+  state.P_augmented.middleRows(first, n).setZero();
 }
 
-void carry_side_states(const FilterState& with, FilterState& state) {
-  const Eigen::MatrixXd gain = geometry::regression(with.P_side.transpose(), with.P);
+void carry_augmented_states(const FilterState& with, FilterState& state) {
+  const Eigen::MatrixXd gain = geometry::regression(with.P_augmented.transpose(), with.P);
   StateVec shift;
   shift << geometry::so3_log(with.T_odom_body.R.transpose() * state.T_odom_body.R),
       state.T_odom_body.p - with.T_odom_body.p, state.v - with.v,
       state.gyro_bias_radps - with.gyro_bias_radps, state.accel_bias_mps2 - with.accel_bias_mps2,
       gravity_basis(with.g_odom_mps2).transpose() *
           geometry::so3_log(geometry::rotation_between(with.g_odom_mps2, state.g_odom_mps2));
-  state.side.mean = with.side.mean + gain * shift;
-  state.side.covariance = with.side.covariance + gain * (state.P - with.P) * gain.transpose();
-  state.P_side = state.P * gain.transpose();
+  state.augmented.mean = with.augmented.mean + gain * shift;
+  state.augmented.covariance =
+      with.augmented.covariance + gain * (state.P - with.P) * gain.transpose();
+  state.P_augmented = state.P * gain.transpose();
 }
 
 void propagate_inertial(FilterState& state, const Vec3& gyro_radps, const Vec3& accel_mps2,

@@ -4,7 +4,7 @@
 
 #include "rali/base/time.hpp"
 #include "rali/geometry/se3.hpp"
-#include "rali/odometry/side_filter.hpp"
+#include "rali/odometry/augmented_filter.hpp"
 
 namespace rali::odometry {
 
@@ -22,8 +22,9 @@ enum StateIndex : int {
 inline constexpr int kStateDim = 17;
 using StateVec = Eigen::Matrix<double, kStateDim, 1>;
 using StateCov = Eigen::Matrix<double, kStateDim, kStateDim>;
-/// Covariance of the state with the side states.
-using SideCross = Eigen::Matrix<double, kStateDim, Eigen::Dynamic, 0, kStateDim, SideStates::kMax>;
+/// Covariance of the state with the augmented states.
+using AugmentedCross =
+    Eigen::Matrix<double, kStateDim, Eigen::Dynamic, 0, kStateDim, AugmentedStates::kMax>;
 
 /// State of the filter at time t.
 ///
@@ -38,28 +39,28 @@ struct FilterState {
   geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();
   geometry::Vec3 g_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);
   StateCov P = StateCov::Zero();
-  SideStates side;
-  SideCross P_side = SideCross::Zero(kStateDim, 0);
+  AugmentedStates augmented;
+  AugmentedCross P_augmented = AugmentedCross::Zero(kStateDim, 0);
 };
 
-/// Two unit vectors that with g form an orthogonal frame: tangent of the gravity sphere.
+/// Two unit vectors that form an orthogonal frame with g: tangent of the gravity sphere.
 [[nodiscard]] Eigen::Matrix<double, 3, 2> gravity_basis(const geometry::Vec3& g);
 
-/// state (+) delta; the covariance is left alone.
+/// state (+) delta; the covariance is unchanged.
 void add_error(FilterState& state, const StateVec& delta);
 
-/// The error of the state develops by F; noise is added by the caller.
+/// Propagates the covariance by F; the caller adds noise.
 void propagate_covariance(FilterState& state, const StateCov& F);
 
-/// Forgets what the state's entries [first, first + n) have to do with all else.
+/// Removes the correlation of the state's entries [first, first + n) with all others.
 void decorrelate(FilterState& state, int first, int n);
 
-/// Takes over the side states of `with`, an estimate of the same vehicle that is given up for
-/// `state`: what they owe to the vehicle follows it by regression (Jeffrey's rule), all else stays.
-/// Joined as they are, the two would have a covariance that no errors can have.
-void carry_side_states(const FilterState& with, FilterState& state);
+/// Copies the augmented states of `with`, an estimate of the same vehicle that `state` replaces.
+/// Their dependence on the vehicle follows by regression (Jeffrey's rule); the rest is unchanged.
+/// Simply copied, the joint covariance could be indefinite.
+void carry_augmented_states(const FilterState& with, FilterState& state);
 
-/// Noise of one step of propagation, already with everything that driving adds.
+/// Noise of one step of propagation, including everything that driving adds.
 struct ProcessNoise {
   double gyro_radps_rthz = 0.0;
   double accel_mps2_rthz = 0.0;
@@ -67,7 +68,7 @@ struct ProcessNoise {
   double accel_walk = 0.0;
 };
 
-/// Advances state and covariance by dt_s with measured rate and specific force (bias inside).
+/// Advances state and covariance by dt_s with measured rate and specific force (bias included).
 void propagate_inertial(FilterState& state, const geometry::Vec3& gyro_radps,
                         const geometry::Vec3& accel_mps2, double dt_s, const ProcessNoise& noise);
 

@@ -60,8 +60,8 @@ StateCov numerical_F(const FilterState& at, Propagate propagate) {
   return F;
 }
 
-/// F as the covariance shows it: one unit of variance in one error gives F e e^T F^T, from which
-/// the column F e is read, but for its sign, at the row where `like` is largest.
+/// F from the covariance: one unit of variance in one error gives F e e^T F^T. The column F e is
+/// read from it, up to its sign, at the row where `like` is largest.
 template <class Propagate>
 StateCov covariance_F(const FilterState& at, Propagate propagate, const StateCov& like) {
   StateCov F;
@@ -106,8 +106,8 @@ TEST(FilterState, gravity_basis_is_orthonormal_in_every_direction) {
   }
 }
 
-// F is of first order in the step within each block: what it neglects is of second order, small
-// at 200 Hz. Rows of position carry one more dt.
+// F is of first order in the step within each block: the neglected part is of second order, small
+// at 200 Hz. Rows of position have one more dt.
 TEST(PropagateInertial, covariance_follows_numerical_jacobians_at_any_attitude) {
   Rng rng(3, "inertial");
   for (int k = 0; k < 10; ++k) {

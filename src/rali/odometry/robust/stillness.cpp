@@ -22,7 +22,7 @@ std::vector<ImuSample> block_means(const std::vector<ImuSample>& samples) {
       ++k;
       ++n;
     }
-    // The rest at the end, a sample or two, would bring back the noise that blocks take out.
+    // A remainder of a sample or two at the end would bring back the noise that blocks average out.
     if (k == samples.size() && 2 * n < n_before) break;
     n_before = n;
     mean.gyro_radps /= static_cast<double>(n);
@@ -39,15 +39,15 @@ constexpr double kSigmas = 3.0;  // beyond: it moves
 }  // namespace
 
 bool is_quiet(const imu::ImuStatistics& blocks, const imu::RestSettings& settings) {
-  // Axis by axis: maxCoeff() passes over what is not a number.
+  // Axis by axis, because maxCoeff() ignores NaN.
   return (blocks.gyro_sd_radps.array() < settings.gyro_sd_max_radps).all() &&
          (blocks.accel_sd_mps2.array() < settings.accel_sd_max_mps2).all();
 }
 
 bool is_only_noise(std::span<const ImuSample> blocks) {
   constexpr std::size_t kGroups = 10, kInGroupMin = 10;
-  constexpr double kAxisMost = 3.0;   // F of 9 and some 140 degrees of freedom: by chance 1 in 400
-  constexpr double kMeanMost = 1.55;  // of six axes: 1 in 400
+  constexpr double kAxisMax = 3.0;   // F of 9 and some 140 degrees of freedom: by chance 1 in 400
+  constexpr double kMeanMax = 1.55;  // of six axes: 1 in 400
   using Row = Eigen::Matrix<double, 6, 1>;
   const std::size_t n = blocks.size() / kGroups;
   if (n < kInGroupMin) return false;
@@ -66,19 +66,19 @@ bool is_only_noise(std::span<const ImuSample> blocks) {
   const Row between =
       static_cast<double>(n) * (squares - sum.cwiseAbs2() / kGroups) / (kGroups - 1.0);
   const Row F = between.cwiseQuotient(within / static_cast<double>(kGroups * (n - 1)));
-  // Axis by axis: one that is silent (0/0) or not a number proves nothing.
-  return (F.array() < kAxisMost).all() && F.mean() < kMeanMost;
+  // Axis by axis: a silent axis (0/0) or NaN proves nothing.
+  return (F.array() < kAxisMax).all() && F.mean() < kMeanMax;
 }
 
 bool has_travelled(const Vec3& displacement_m, const Mat3& covariance_m2, double limit_m) {
   const Mat3 allowed_m2 = kSigmas * kSigmas * covariance_m2 + limit_m * limit_m * Mat3::Identity();
-  // Written so that what is not a number counts as travelled.
+  // Written so that NaN counts as travelled.
   return !(displacement_m.dot(allowed_m2.ldlt().solve(displacement_m)) <= 1.0);
 }
 
 bool has_turned(double turn_rad, double variance_rad2) {
   constexpr double kLimit_rad = 0.01;
-  // Written so that what is not a number counts as turned.
+  // Written so that NaN counts as turned.
   return !(turn_rad * turn_rad <= kSigmas * kSigmas * variance_rad2 + kLimit_rad * kLimit_rad);
 }
 

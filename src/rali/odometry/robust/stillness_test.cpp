@@ -25,7 +25,7 @@ TEST(BlockMeans, average_tenths_of_a_second) {
   EXPECT_DOUBLE_EQ(blocks[1].gyro_radps.x(), 29.5);
   EXPECT_DOUBLE_EQ(blocks[2].gyro_radps.x(), 44.5);
   EXPECT_TRUE(block_means({}).empty());
-  samples.resize(42);  // two left over: as noisy as samples are
+  samples.resize(42);  // two left over: with the noise of single samples
   EXPECT_EQ(block_means(samples).size(), 2U);
   samples.resize(2);
   EXPECT_EQ(block_means(samples).size(), 1U);
@@ -44,7 +44,7 @@ TEST(Quiet, is_asked_axis_by_axis_and_never_of_nan) {
   EXPECT_FALSE(is_quiet(broken, {}));
 }
 
-/// 15 s of block means: white noise, and something that sways at `hz`.
+/// 15 s of block means: white noise, and a sway at `hz`.
 std::vector<sensor::ImuSample> swaying(std::uint64_t seed, double hz, double gyro_radps) {
   constexpr double kGyro_radps = 0.003, kAccel_mps2 = 0.05;
   Rng rng(seed, "blocks");
@@ -82,14 +82,14 @@ TEST(OnlyNoise, is_not_proved_by_too_little_by_silence_or_by_nan) {
 }
 
 TEST(Travel, counts_only_where_the_lidar_knows) {
-  Mat3 blind_along_x = 1e-6 * Mat3::Identity();
-  blind_along_x(0, 0) = 0.8;
-  EXPECT_FALSE(has_travelled(Vec3(2.4, 0.0, 0.0), blind_along_x, 0.1));
-  EXPECT_TRUE(has_travelled(Vec3(2.8, 0.0, 0.0), blind_along_x, 0.1));
-  EXPECT_TRUE(has_travelled(Vec3(0.0, 0.11, 0.0), blind_along_x, 0.1));
-  EXPECT_FALSE(has_travelled(Vec3(0.0, 0.09, 0.0), blind_along_x, 0.1));
-  EXPECT_TRUE(
-      has_travelled(Vec3(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0), blind_along_x, 0.1));
+  Mat3 degenerate_along_x = 1e-6 * Mat3::Identity();
+  degenerate_along_x(0, 0) = 0.8;
+  EXPECT_FALSE(has_travelled(Vec3(2.4, 0.0, 0.0), degenerate_along_x, 0.1));
+  EXPECT_TRUE(has_travelled(Vec3(2.8, 0.0, 0.0), degenerate_along_x, 0.1));
+  EXPECT_TRUE(has_travelled(Vec3(0.0, 0.11, 0.0), degenerate_along_x, 0.1));
+  EXPECT_FALSE(has_travelled(Vec3(0.0, 0.09, 0.0), degenerate_along_x, 0.1));
+  EXPECT_TRUE(has_travelled(Vec3(std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0),
+                            degenerate_along_x, 0.1));
 }
 
 TEST(Turn, counts_beyond_a_hundredth_and_beyond_what_the_lidar_may_be_wrong_by) {

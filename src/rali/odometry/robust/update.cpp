@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kRadian = 180.0 / std::numbers::pi;
 
-/// LiDAR system expressed in the error about the prediction instead of about the iterate.
+/// LiDAR system in terms of the error about the prediction instead of the iterate.
 void move_to_prior(const Vec3& theta, LidarSystem& system) {
   const Mat3 J = geometry::so3_right_jacobian(theta);
   system.I.topRows<3>() = (J.transpose() * system.I.topRows<3>()).eval();
@@ -30,13 +30,13 @@ void move_to_prior(const Vec3& theta, LidarSystem& system) {
   system.b.head<3>() = (J.transpose() * system.b.head<3>()).eval();
 }
 
-/// Directions in state space that the scan must not touch: position and speed along what it cannot
-/// see. Exact zeros in its information are not enough: with a loose prior there, the axis of a
-/// tunnel that jitters by a milliradian from scan to scan, or bends, turns what the LiDAR knows
-/// across it into speed along it. So these are considered, not estimated (Schmidt 1966).
+/// Directions in state space that the scan must not change: position and speed along unobservable
+/// translations. Zeros in its information are not enough. With a loose prior, an axis that jitters
+/// by a milliradian from scan to scan, or bends, turns lateral information into speed along the
+/// tunnel. So these are considered, not estimated (Schmidt 1966).
 class Untouched {
  public:
-  /// @param R_odom_v turns the state's velocity to odom: the identity with inertial data.
+  /// @param R_odom_v rotates the state's velocity to odom: the identity with inertial data.
   Untouched(std::span<const degeneracy::DirectionInfo, 6> directions, const Mat3& R_odom_v) {
     for (const degeneracy::DirectionInfo& info : directions.first<3>()) {
       if (info.information <= 0.0) axes_ += info.direction_odom * info.direction_odom.transpose();
@@ -46,15 +46,16 @@ class Untouched {
 
   [[nodiscard]] const Mat3& axes() const { return axes_; }
 
-  /// Takes the untouched part out of the rows of M.
+  /// Removes the untouched part from the rows of M.
   template <class M>
   void clear_rows(M& m) const {
     m.template middleRows<3>(kPos) -= (axes_ * m.template middleRows<3>(kPos)).eval();
     m.template middleRows<3>(kVel) -= (axes_v_ * m.template middleRows<3>(kVel)).eval();
   }
 
-  /// What the LiDAR says of the rest does not depend on the position along what it cannot see: the
-  /// error state is about the screw on which all that does (bend.hpp).
+  /// The LiDAR's information on the rest does not depend on the position along unobservable
+  /// directions: the error state is relative to the screw that describes this dependence
+  /// (bend.hpp).
   void clear_coupling(LidarSystem& system) const {
     Mat6 rest = Mat6::Identity();
     rest.bottomRightCorner<3, 3>() -= axes_;
@@ -62,39 +63,40 @@ class Untouched {
     system.b = (rest * system.b).eval();
   }
 
-  /// How a pose of covariance P follows the map: along what is untouched not at all, and nothing
-  /// else by what it has in common with that.
-  [[nodiscard]] MapShare share(const Mat6& P, const Mat6& information) const {
-    Mat6 blind = Mat6::Zero();
-    blind.bottomRightCorner<3, 3>() = axes_;
-    const Mat6 rest = Mat6::Identity() - blind;
-    return MapShare::of(rest * P * rest + blind * P * blind, rest * information * rest);
+  /// How a pose of covariance P follows the map: along untouched directions not at all, and the
+  /// others without their correlation with these.
+  [[nodiscard]] MapFollowing following(const Mat6& P, const Mat6& information) const {
+    Mat6 degenerate = Mat6::Zero();
+    degenerate.bottomRightCorner<3, 3>() = axes_;
+    const Mat6 rest = Mat6::Identity() - degenerate;
+    return MapFollowing::of(rest * P * rest + degenerate * P * degenerate,
+                            rest * information * rest);
   }
 
-  /// Side states are estimated like the pose where the LiDAR sees in all directions. Where it is
-  /// blind along one they hang on the pose along it, and that hangs on what is seen across only by
-  /// how straight the way is: millimetres across would become metres of a radio's place.
-  [[nodiscard]] bool estimates_side() const { return axes_.isZero(0.0); }
+  /// Augmented states are estimated like the pose if the LiDAR is not degenerate. Along a
+  /// degenerate axis they depend on the pose, which depends on lateral observations only by how
+  /// straight the path is: lateral millimetres would become metres of a landmark's position.
+  [[nodiscard]] bool estimates_augmented() const { return axes_.isZero(0.0); }
 
  private:
-  Mat3 axes_ = Mat3::Zero();    ///< projector on the blind translations
+  Mat3 axes_ = Mat3::Zero();    ///< projector on the degenerate translations
   Mat3 axes_v_ = Mat3::Zero();  ///< the same for the velocity
 };
 
-/// What was blind stays so whatever this scan seems to tell.
-void keep_blind(const std::array<bool, 3>& blind_before, UpdateResult& result) {
+/// A degenerate direction stays so whatever the information of this scan.
+void keep_degenerate(const std::array<bool, 3>& degenerate_before, UpdateResult& result) {
   for (std::size_t d = 0; d < 3; ++d) {
     degeneracy::DirectionInfo& info = result.directions[d];
     result.sees[d] = info.information > 0.0;
-    if (!blind_before[d]) continue;
+    if (!degenerate_before[d]) continue;
     info.information = 0.0;
     info.sigma = std::numeric_limits<double>::infinity();
     info.category = degeneracy::Category::kNone;
   }
 }
 
-/// Weak structure in several places speaks for a direction, unless the vehicle stands: then people
-/// who walk by are as weak and in as many places, and what they drag along stays.
+/// Weak structure in several clusters supports a direction, unless at standstill: then passers-by
+/// give as weak structure in as many clusters, and the pose that they drag along does not recover.
 degeneracy::AwareSettings belief(const degeneracy::AwareSettings& aware, const FilterState& state,
                                  bool inertial) {
   constexpr double kStanding_mps = 0.2;
@@ -107,13 +109,13 @@ degeneracy::AwareSettings belief(const degeneracy::AwareSettings& aware, const F
 
 void symmetrise(StateCov& P) { P = 0.5 * (P + P.transpose()).eval(); }
 
-/// Covariance after the update, moved from the prediction's tangent space to the estimate's.
+/// Covariance after the update, transported from the prediction's tangent space to the estimate's.
 void set_posterior(FilterState& state, const FilterState& predicted, const Mat6& I,
                    const Untouched& untouched, const Vec3& theta) {
   const StateCov& P = predicted.P;
   const Mat6 S = Mat6::Identity() + I * P.topLeftCorner<6, 6>();
   const Mat6 gain = S.partialPivLu().solve(I);
-  // With K the optimal gain and T what may be touched: (1 - TKH) P (1 - TKH)' + TK R K'T'.
+  // With K the optimal gain and T the changeable part: (1 - TKH) P (1 - TKH)' + TK R K'T'.
   const StateCov Q = P.leftCols<6>() * gain * P.topRows<6>();
   StateCov TQ = Q;
   untouched.clear_rows(TQ);
@@ -125,30 +127,30 @@ void set_posterior(FilterState& state, const FilterState& predicted, const Mat6&
   out.leftCols<3>() = (out.leftCols<3>() * J.transpose()).eval();
   symmetrise(out);
   state.P = out;
-  if (predicted.side.size() == 0) return;
-  using PoseCross = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, SideStates::kMax>;
-  const PoseCross gained = gain * predicted.P_side.topRows<6>();
-  SideCross taken = P.leftCols<6>() * gained;
-  if (untouched.estimates_side()) {
-    state.side.covariance =
-        predicted.side.covariance - predicted.P_side.topRows<6>().transpose() * gained;
+  if (predicted.augmented.size() == 0) return;
+  using PoseCross = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, AugmentedStates::kMax>;
+  const PoseCross gained = gain * predicted.P_augmented.topRows<6>();
+  AugmentedCross taken = P.leftCols<6>() * gained;
+  if (untouched.estimates_augmented()) {
+    state.augmented.covariance =
+        predicted.augmented.covariance - predicted.P_augmented.topRows<6>().transpose() * gained;
   } else {
     untouched.clear_rows(taken);
   }
-  state.P_side = predicted.P_side - taken;
-  state.P_side.topRows<3>() = (J * state.P_side.topRows<3>()).eval();
+  state.P_augmented = predicted.P_augmented - taken;
+  state.P_augmented.topRows<3>() = (J * state.P_augmented.topRows<3>()).eval();
 }
 
-/// The covariance after the last iteration, and how the pose has followed the map.
+/// The covariance after the last iteration, and how the pose followed the map.
 void finish(const FilterState& predicted, const Mat6& I, const Vec3& theta,
             const Untouched& untouched, FilterState& state, UpdateResult& result) {
   set_posterior(state, predicted, I, untouched, theta);
-  result.share = untouched.share(predicted.P.topLeftCorner<6, 6>(), I);
+  result.following = untouched.following(predicted.P.topLeftCorner<6, 6>(), I);
   result.untouched = untouched.axes();
 }
 
-/// What the LiDAR alone says, against the prediction. A weak prior stands for all that it does not
-/// see: there it says "as predicted, to a metre", which no prediction contradicts.
+/// Compares the LiDAR alone with the prediction. A weak prior replaces all that is unobservable:
+/// "as predicted, to a metre", which no prediction contradicts.
 void compare_with_prediction(const Vec6& y, const Mat6& P66, UpdateResult& result) {
   constexpr double kOpen_m = 1.0;
   constexpr double kOpen_rad = 0.3;
@@ -172,7 +174,7 @@ void compare_with_prediction(const Vec6& y, const Mat6& P66, UpdateResult& resul
   }
 }
 
-/// Takes out of the system what is chance and what the LiDAR does not see.
+/// Removes spurious and unobservable information from the system.
 void keep_what_is_seen(const FilterState& state, const Mat3& R_odom_v, bool inertial,
                        LidarSystem& system, UpdateResult& result) {
   result.bend_radpm = unseen_turn_radpm(system.I, result.axes.col(0), state);
@@ -180,7 +182,7 @@ void keep_what_is_seen(const FilterState& state, const Mat3& R_odom_v, bool iner
   if (inertial) Untouched(result.directions, R_odom_v).clear_coupling(system);
 }
 
-/// @return true: partners are to be looked for again
+/// @return true: match again
 bool moved_on(const StateVec& delta, const Vec6& before, const UpdateSettings& settings,
               UpdateResult& result) {
   const double step_m = (delta.segment<3>(kPos) - before.tail<3>()).norm();
@@ -189,22 +191,22 @@ bool moved_on(const StateVec& delta, const Vec6& before, const UpdateSettings& s
   return step_m > settings.rematch_m || step_deg > 0.2;
 }
 
-void tell_fit(const LidarSystem& system, const Matcher& matcher, UpdateResult& result) {
+void report_fit(const LidarSystem& system, const Matcher& matcher, UpdateResult& result) {
   result.fit = system.weight_sum / static_cast<double>(matcher.size());
   if (system.weight_sum > 0.0) {
     result.residual_rms_m = std::sqrt(system.residual_sum2_m2 / system.weight_sum);
   }
 }
 
-/// From a poor guess the pose is first looked for with all planes that may be meant, and then
-/// measured: with those only that surround the points. Where there are too few of them, in a map
-/// one scan old, say, it stays as it was found.
+/// From a poor guess, a first stage searches the pose with all candidate planes. A second one
+/// refines it with only those whose points surround the scan's. If these are too few, e.g. in a map
+/// of one scan, the pose of the search is kept.
 class Stages {
  public:
   Stages(bool poor, int iterations_max)
       : searching_(poor), end_(iterations_max), iterations_max_(iterations_max) {}
 
-  /// Planes that count in iteration k.
+  /// Planes used in iteration k.
   [[nodiscard]] Reach reach(int k) const {
     if (!searching_) return few_ ? Reach::kCell : Reach::kPoints;
     return k + 2 < iterations_max_ ? Reach::kNear : Reach::kCell;
@@ -212,7 +214,7 @@ class Stages {
 
   [[nodiscard]] bool goes_on(int k) const { return k < end_; }
 
-  /// After iteration k. @return true: the next stage begins, with other partners
+  /// After iteration k. @return true: the next stage starts, with other matches
   bool next(int k, bool converged) {
     if (searching_ && (converged || k + 1 == end_)) {
       searching_ = false;
@@ -224,7 +226,7 @@ class Stages {
     return false;
   }
 
-  /// Too few partners in iteration k. @return true: it goes on with more of them
+  /// Too few matches in iteration k. @return true: continue with more of them
   bool has_few(int k) {
     if (!found_ || few_) return false;
     few_ = true;
@@ -240,7 +242,7 @@ class Stages {
 
 }  // namespace
 
-bool is_turned_aside(const Mat6& P_pose) {
+bool is_rotation_uncertain(const Mat6& P_pose) {
   constexpr double kTurned_rad = 0.02;
   return P_pose.diagonal().head<3>().maxCoeff() > kTurned_rad * kTurned_rad;
 }
@@ -248,12 +250,12 @@ bool is_turned_aside(const Mat6& P_pose) {
 UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneMap& map,
                               const geometry::SE3& start, const RobustSettings& settings,
                               const degeneracy::Axes& axes_before,
-                              const std::array<bool, 3>& blind_before, bool inertial) {
+                              const std::array<bool, 3>& degenerate_before, bool inertial) {
   const FilterState predicted = state;
   const Mat6 P66 = predicted.P.topLeftCorner<6, 6>();
   const Mat3 R_odom_v = inertial ? Mat3::Identity() : predicted.T_odom_body.R;
   const degeneracy::AwareSettings aware = belief(settings.aware, predicted, inertial);
-  Stages stages(!inertial || is_turned_aside(P66), settings.update.iterations_max);
+  Stages stages(!inertial || is_rotation_uncertain(P66), settings.update.iterations_max);
   UpdateResult result;
   result.axes = axes_before;
   StateVec delta = StateVec::Zero();
@@ -276,7 +278,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
     result.axes = degeneracy::physical_axes(system.I, state.g_odom_mps2, axes_before, aware);
     result.directions = degeneracy::direction_information(system.I, matcher.evidence(),
                                                           state.T_odom_body.R, result.axes, aware);
-    keep_blind(blind_before, result);
+    keep_degenerate(degenerate_before, result);
     keep_what_is_seen(state, R_odom_v, inertial, system, result);
     result.information = system.I;
     result.mean_epoch = system.mean_epoch;
@@ -291,8 +293,8 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
     untouched.clear_rows(delta);
     state = predicted;
     add_error(state, delta);
-    if (state.side.size() > 0 && untouched.estimates_side()) {
-      state.side.mean += predicted.P_side.topRows<6>().transpose() * y;
+    if (state.augmented.size() > 0 && untouched.estimates_augmented()) {
+      state.augmented.mean += predicted.P_augmented.topRows<6>().transpose() * y;
     }
     rematch = moved_on(delta, before, settings.update, result);
     rematch = stages.next(k, result.converged && k > 0) || rematch;
@@ -300,7 +302,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
   finish(predicted, system.I, delta.segment<3>(kTheta), Untouched(result.directions, R_odom_v),
          state, result);
   compare_with_prediction(y_lidar, P66, result);
-  tell_fit(system, matcher, result);
+  report_fit(system, matcher, result);
   return result;
 }
 
@@ -312,15 +314,15 @@ void update_linear(FilterState& state, const Eigen::Matrix<double, D, kStateDim>
   const Eigen::Matrix<double, D, D> S = H * PHt + R;
   const Eigen::Matrix<double, kStateDim, D> K = PHt * S.inverse();
   const StateCov A = StateCov::Identity() - K * H;
-  state.P = A * state.P * A.transpose() + K * R * K.transpose();  // Joseph: stays positive
+  state.P = A * state.P * A.transpose() + K * R * K.transpose();  // Joseph form: stays positive
   symmetrise(state.P);
-  if (state.side.size() > 0) {
-    using SideRows = Eigen::Matrix<double, Eigen::Dynamic, D, 0, SideStates::kMax, D>;
-    const SideRows side_PHt = state.P_side.transpose() * H.transpose();
-    const SideRows side_K = side_PHt * S.inverse();
-    state.side.mean += side_K * residual;
-    state.side.covariance -= side_K * side_PHt.transpose();
-    state.P_side -= PHt * side_K.transpose();
+  if (state.augmented.size() > 0) {
+    using AugmentedRows = Eigen::Matrix<double, Eigen::Dynamic, D, 0, AugmentedStates::kMax, D>;
+    const AugmentedRows augmented_PHt = state.P_augmented.transpose() * H.transpose();
+    const AugmentedRows augmented_K = augmented_PHt * S.inverse();
+    state.augmented.mean += augmented_K * residual;
+    state.augmented.covariance -= augmented_K * augmented_PHt.transpose();
+    state.P_augmented -= PHt * augmented_K.transpose();
   }
   add_error(state, K * residual);
 }

@@ -10,49 +10,49 @@
 
 namespace rali::odometry {
 
-/// What one iterated update did.
+/// Result of one iterated update.
 struct UpdateResult {
   int iterations = 0;
   int matches = 0;
   bool converged = false;
   double residual_rms_m = 0.0;
-  double fit = 0.0;         ///< share of the points that lie on planes, robustly weighted, 0 to 1
+  double fit = 0.0;         ///< fraction of the points on planes, robustly weighted, 0 to 1
   double mean_epoch = 0.0;  ///< generation of the planes it was registered with (drift.hpp)
-  geometry::Mat6 information =
-      geometry::Mat6::Zero();  ///< LiDAR alone, what it cannot know removed
+  geometry::Mat6 information = geometry::Mat6::Zero();  ///< LiDAR alone, spurious part removed
   degeneracy::Axes axes = degeneracy::Axes::Identity();
-  MapShare share = MapShare::nothing();  ///< how the pose has followed the map
-  /// Projector on the translations that the scan may not touch.
+  MapFollowing following = MapFollowing::nothing();  ///< how the pose has followed the map
+  /// Projector on the translations that the scan must not change.
   geometry::Mat3 untouched = geometry::Mat3::Zero();
   std::array<degeneracy::DirectionInfo, 6> directions;
   double bend_radpm = 0.0;     ///< unseen_turn_radpm() along the first axis
-  std::array<bool, 3> sees{};  ///< translations of which this scan alone tells something
-  /// Where the LiDAR alone has the pose, from the prediction (boxplus); zero where it does not
-  /// know.
+  std::array<bool, 3> sees{};  ///< translations that this scan alone observes
+  /// Pose by the LiDAR alone, relative to the prediction (boxplus); zero along unobservable
+  /// directions.
   geometry::Vec6 lidar_shift = geometry::Vec6::Zero();
-  geometry::Mat3 known = geometry::Mat3::Zero();  ///< projector on the translations it knows well
+  geometry::Mat3 known = geometry::Mat3::Zero();  ///< projector on the well observable translations
   bool rotation_known = false;
   double nis = 0.0;  ///< of lidar_shift against the covariance of the prediction
 };
 
-/// Turned by so much that points at 10 m are not in the cells of their planes: the gyro was at the
-/// end of its range, or did not measure for a while. @param P_pose boxplus order
-[[nodiscard]] bool is_turned_aside(const geometry::Mat6& P_pose);
+/// The rotation is so uncertain that points at 10 m may miss the cells of their planes: the gyro
+/// was at the limit of its range, or did not measure for a while. @param P_pose boxplus order
+[[nodiscard]] bool is_rotation_uncertain(const geometry::Mat6& P_pose);
 
-/// Moves the state to where prior and LiDAR agree (iterated Kalman filter in information form;
-/// the LiDAR's 6x6 information may be singular: blind directions keep the prior).
-/// @param start where the iteration begins; the prior is the state's own pose.
+/// Moves the state to the joint optimum of prior and LiDAR (iterated Kalman filter in information
+/// form; the LiDAR's 6x6 information may be singular: degenerate directions keep the prior).
+/// @param start initial pose of the iteration; the prior is the state's own pose.
 /// @param axes_before the physical directions of the last scan.
-/// @param blind_before translations taken as blind whatever this scan seems to tell: one scan of
-/// many tells something by chance.
-/// @param inertial the prior comes from inertial data. Where it is poor (without them, or turned by
-/// an unknown angle) the first iterations look into neighbouring cells. With fewer than matches_min
-/// matches the state is left as predicted.
+/// @param degenerate_before translations treated as degenerate whatever this scan's information:
+/// one scan of many has some by chance.
+/// @param inertial the prior comes from inertial data. If it is poor (without them, or turned by an
+/// unknown angle) the first iterations also search neighbouring cells. With fewer than matches_min
+/// matches the state stays as predicted.
 [[nodiscard]] UpdateResult update_with_scan(FilterState& state, Matcher& matcher,
                                             const PlaneMap& map, const geometry::SE3& start,
                                             const RobustSettings& settings,
                                             const degeneracy::Axes& axes_before,
-                                            const std::array<bool, 3>& blind_before, bool inertial);
+                                            const std::array<bool, 3>& degenerate_before,
+                                            bool inertial);
 
 /// Ordinary Kalman update with one linear measurement of dimension D.
 /// @param H Jacobian (D x 17), @param residual z - h(x), @param R covariance.

@@ -33,7 +33,7 @@ void expect_textbook_update(Rng& rng) {
   Eigen::Matrix<double, D, 1> residual;
   for (int i = 0; i < D; ++i) residual[i] = 0.1 * rng.normal();
   const Eigen::Matrix<double, D, D> noise = 0.04 * Eigen::Matrix<double, D, D>::Identity();
-  // Textbook in information form: an independent way to the same numbers.
+  // Textbook in information form, as an independent computation.
   const StateCov P = (s.P.inverse() + H.transpose() * H / 0.04).inverse();
   const StateVec delta = P * H.transpose() * residual / 0.04;
   FilterState expected = s;
@@ -68,7 +68,7 @@ TEST(UpdateLinear, has_the_gain_of_the_worked_example) {
   EXPECT_NEAR(std::sqrt(s.P(kPos, kPos)), 0.01961, 1e-5);
 }
 
-/// Floor and two walls along x, turned by yaw, without ends if `open`.
+/// Floor and two walls along x, rotated by yaw, without end walls if `open`.
 struct Place {
   PlaneMap map{PlaneMapSettings{}};
   RobustSettings settings;
@@ -140,7 +140,7 @@ TEST(UpdateWithScan, finds_the_pose_where_walls_stand_on_all_sides) {
   }
 }
 
-/// A plane through few points in the middle of a cell, as a young map has them.
+/// A plane through few points in the middle of a cell, as in a young map.
 Patch small_patch(const Vec3& center, const Vec3& n) {
   Patch patch;
   patch.center = center;
@@ -194,18 +194,18 @@ TEST(UpdateWithScan, leaves_the_blind_direction_exactly_as_predicted) {
   EXPECT_GT(done.matches, 200);
   EXPECT_EQ(done.directions[0].category, degeneracy::Category::kNone);
   EXPECT_LT(std::abs(done.information(3, 3)), 1e-9);
-  // Along the corridor nothing is known: pose and variance stay those of the prior.
+  // Along the corridor there is no information: pose and variance stay those of the prior.
   EXPECT_NEAR(s.T_odom_body.p.x(), before.T_odom_body.p.x(), 1e-9);
   EXPECT_NEAR(s.P(kPos, kPos), 0.01, 1e-10);
-  // Across and up it is found.
+  // Laterally and vertically the pose is corrected.
   EXPECT_NEAR(s.T_odom_body.p.y(), kTruth.p.y(), 2e-3);
   EXPECT_NEAR(s.T_odom_body.p.z(), kTruth.p.z(), 2e-3);
   EXPECT_LT(s.P(kPos + 1, kPos + 1), 1e-4);
 }
 
-// What broke: 150 s into a tunnel the filter doubted its place along it by 8 m and its speed by
-// 0.3 m/s. The axis of what it saw trembled by milliradians, and 8 m times 5 mrad are 4 cm across:
-// walls known to millimetres were taken for news about the way and the speed along them.
+// Regression: 150 s into a tunnel the filter's sigmas along it were 8 m and 0.3 m/s. The observed
+// axis jittered by milliradians, and 8 m times 5 mrad are 4 cm laterally: walls known to
+// millimetres then appeared as information on position and speed along the tunnel.
 TEST(UpdateWithScan, an_axis_that_trembles_tells_nothing_along_itself) {
   Place left(true, 5e-3);
   Place right(true, -5e-3);
@@ -215,7 +215,7 @@ TEST(UpdateWithScan, an_axis_that_trembles_tells_nothing_along_itself) {
   s.P(kPos, kVel) = s.P(kVel, kPos) = 0.9 * 8.0 * 0.3;
   const FilterState before = s;
   for (int k = 0; k < 4; ++k) {
-    // As after a sweep of driving: across the way it is doubted by 1 cm again.
+    // As after a scan of driving: the lateral sigma is 1 cm again.
     s.P.diagonal().segment<2>(kPos + 1).array() += 1e-4;
     const UpdateResult done = (k % 2 == 0 ? left : right).update(s, kTruth);
     EXPECT_GT(done.matches, 200);
@@ -232,7 +232,7 @@ TEST(UpdateWithScan, carries_knowledge_to_what_is_correlated_with_the_pose) {
   Place place(false);
   FilterState s = guess_near(kTruth, Vec3::Zero(), Vec3(0.05, 0.0, 0.0));
   s.P(kVel, kVel) = 1.0;
-  s.P(kVel, kPos) = s.P(kPos, kVel) = 0.09;  // the speed made the error of position
+  s.P(kVel, kPos) = s.P(kPos, kVel) = 0.09;  // the position error came from the speed
   static_cast<void>(place.update(s, kTruth));
   EXPECT_NEAR(s.v.x(), -0.05 * 0.09 / 0.01, 0.05);
   EXPECT_NEAR(s.P(kVel, kVel), 1.0 - 0.09 * 0.09 / 0.01, 0.05);

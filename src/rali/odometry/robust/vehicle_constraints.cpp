@@ -14,13 +14,14 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double kForget = 0.99;          // memory of 100 scans
-constexpr double kWeightNeeded = 40.0;    // scans before a constraint is believed
-constexpr double kSpeedNeeded_mps = 0.3;  // slower motion has no direction
-constexpr double kShareNeeded = 0.995;    // of motion along one body direction: within 4 degrees
+constexpr double kForget = 0.99;           // memory of 100 scans
+constexpr double kWeightNeeded = 40.0;     // scans before a constraint is used
+constexpr double kSpeedNeeded_mps = 0.3;   // slower motion has no direction
+constexpr double kFractionNeeded = 0.995;  // of motion along one body direction: within 4 degrees
 constexpr double kSlipSigma_mps = 0.05;
 constexpr double kHeightSigmaMax_m = 0.02;
-constexpr double kHeightSigma_m = 0.06;  // one plane serves many scans: its error is not averaged
+constexpr double kHeightSigma_m =
+    0.06;  // one plane serves many scans: its error does not average out
 constexpr double kSearchDepth_m = 2.5;
 
 }  // namespace
@@ -37,7 +38,7 @@ void VehicleConstraints::learn_direction(const Vec3& v_body) {
   directions_ = kForget * directions_ + v_body * v_body.transpose() / v_body.squaredNorm();
   const geometry::Pca3 pca = geometry::pca3(directions_);
   const double weight = directions_.trace();
-  non_holonomic_holds_ = weight > kWeightNeeded && pca.values[0] > kShareNeeded * weight;
+  non_holonomic_holds_ = weight > kWeightNeeded && pca.values[0] > kFractionNeeded * weight;
   forward_body_ = pca.vectors.col(0);
 }
 
@@ -50,7 +51,7 @@ void VehicleConstraints::constrain_direction(FilterState& state, const Vec3& w_b
   const Mat3 P_v = R.transpose() * state.P.block<3, 3>(kVel, kVel) * R;
   const double known_side = std::sqrt(std::max(0.0, side.dot(P_v * side)));
   const double known_up = std::sqrt(std::max(0.0, up.dot(P_v * up)));
-  if (std::max(known_side, known_up) < sigma) return;  // the filter knows better
+  if (std::max(known_side, known_up) < sigma) return;  // the filter is more certain
   const Vec3 v_body = R.transpose() * state.v;
   Eigen::Matrix<double, 2, kStateDim> H = Eigen::Matrix<double, 2, kStateDim>::Zero();
   Eigen::Matrix<double, 2, 3> axes;
@@ -76,7 +77,8 @@ void VehicleConstraints::ground(FilterState& state, const PlaneMap& map, bool kn
   const Vec3 n = plane.n.dot(up) > 0.0 ? plane.n : Vec3(-plane.n);
   const double height_m = n.dot(state.T_odom_body.p - plane.q);
   if (known) {
-    if (height_weight_ == 0.0) height_m_ = height_m;  // else the first height counts as spread
+    if (height_weight_ == 0.0)
+      height_m_ = height_m;  // otherwise the first height would count as spread
     height_weight_ = kForget * height_weight_ + 1.0;
     const double difference = height_m - height_m_;
     height_m_ += difference / height_weight_;

@@ -6,18 +6,18 @@
 
 namespace rali::odometry {
 
-/// A turning vehicle slips at the sensor: speed sideways per turn rate.
+/// Lateral slip of a turning vehicle at the sensor: lateral speed per turn rate.
 inline constexpr double kSlipPerRate_m = 0.3;
 
-/// Non-holonomic motion and constant height above ground (algorithms 2.6), both learnt from the
-/// vehicle's own well-known motion and used only while the data agree: a cart earns them, a
-/// drone, a hand or stairs never do. Each is applied only where the filter knows less than the
-/// constraint says.
+/// Non-holonomic motion and constant height above ground (algorithms 2.6). Both are learnt from the
+/// vehicle's own well observed motion and used only while the data agree: a cart satisfies them, a
+/// drone, a hand or stairs never do. Each is applied only where the filter is less certain than the
+/// constraint.
 class VehicleConstraints {
  public:
   explicit VehicleConstraints(const ConstraintSettings& settings) : settings_(settings) {}
 
-  /// Call after each scan's update. @param known the LiDAR saw all directions of this scan.
+  /// Call after each scan's update. @param known all directions are observable in this scan.
   void update(FilterState& state, const geometry::Vec3& w_body_radps, const PlaneMap& map,
               bool known);
 
@@ -31,7 +31,8 @@ class VehicleConstraints {
   void ground(FilterState& state, const PlaneMap& map, bool known);
 
   ConstraintSettings settings_;
-  geometry::Mat3 directions_ = geometry::Mat3::Zero();  ///< forgetting sum of v v^T / |v|^2
+  geometry::Mat3 directions_ =
+      geometry::Mat3::Zero();  ///< exponentially weighted sum of v v^T / |v|^2
   geometry::Vec3 forward_body_ = geometry::Vec3::UnitX();
   bool non_holonomic_holds_ = false;
   double height_m_ = 0.0, height_var_m2_ = 0.0, height_weight_ = 0.0;

@@ -32,12 +32,12 @@ void drive_as_a_cart(VehicleConstraints& c, const PlaneMap& map, const Vec3& for
 const PlaneMap kNoMap{PlaneMapSettings{}};
 
 TEST(VehicleConstraints, learn_where_forward_is_and_then_forbid_slipping) {
-  const Vec3 forward = Vec3(0.6, 0.8, 0.0);  // a sensor mounted askew
+  const Vec3 forward = Vec3(0.6, 0.8, 0.0);  // a sensor mounted at an angle
   VehicleConstraints c{ConstraintSettings{}};
   EXPECT_FALSE(c.non_holonomic_holds());
   drive_as_a_cart(c, kNoMap, forward, 100);
   ASSERT_TRUE(c.non_holonomic_holds());
-  // Then the LiDAR is blind and the speed drifts sideways.
+  // Then the LiDAR is degenerate and the speed drifts sideways.
   const Vec3 side(-0.8, 0.6, 0.0);
   FilterState s = driving(0.7, 1.0 * forward + 0.3 * side);
   s.P.diagonal().segment<3>(kVel).setConstant(0.25);
@@ -68,7 +68,7 @@ TEST(VehicleConstraints, slip_more_while_turning) {
   FilterState s = driving(0.0, Vec3(1.0, 0.1, 0.0));
   s.P.diagonal().segment<3>(kVel).setConstant(0.01);
   const FilterState before = s;
-  c.update(s, Vec3(0.0, 0.0, 1.0), kNoMap, false);  // sigma 0.35 m/s: the filter knows better
+  c.update(s, Vec3(0.0, 0.0, 1.0), kNoMap, false);  // sigma 0.35 m/s: the filter is more certain
   EXPECT_EQ(s.v, before.v);
 }
 
@@ -99,8 +99,8 @@ TEST(VehicleConstraints, learn_nothing_from_slow_or_blind_motion) {
   for (int k = 0; k < 300; ++k) {
     FilterState slow = driving(0.0, Vec3(0.1, 0.0, 0.0));
     c.update(slow, Vec3::Zero(), kNoMap, true);
-    FilterState blind = driving(0.0, Vec3(2.0, 0.0, 0.0));
-    c.update(blind, Vec3::Zero(), kNoMap, false);
+    FilterState degenerate = driving(0.0, Vec3(2.0, 0.0, 0.0));
+    c.update(degenerate, Vec3::Zero(), kNoMap, false);
   }
   EXPECT_FALSE(c.non_holonomic_holds());
 }

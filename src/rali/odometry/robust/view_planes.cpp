@@ -14,7 +14,7 @@ namespace {
 constexpr int kRows = 30, kColumns = 60;  // three rings of a LiDAR with 16
 constexpr double kCell_rad = std::numbers::pi / kRows;
 constexpr double kRangeMin_m = 0.3;
-/// Farther away the rings have swept the map's cells. One choice: others were not measured.
+/// Farther away the rings have covered the map's cells. A chosen value; others were not tested.
 constexpr double kReach_m = 0.5;
 constexpr double kReach_rad = 0.17;
 
@@ -40,7 +40,7 @@ int ViewPlanes::cell_of(const Vec3& p_odom_m) const {
 ViewPlanes::ViewPlanes(const std::vector<Vec3>& points_odom, const SE3& T_odom_lidar, double epoch,
                        const PlaneSettings& settings)
     : T_odom_lidar_(T_odom_lidar), plane_of_cell_(kRows * kColumns, -1) {
-  // Rays never leave their cell by noise: no point is near a face.
+  // Noise along a ray never leaves its cell: no point is near a face.
   constexpr double kNoFaces_m = 1e6;
   std::vector<Cell> cells(plane_of_cell_.size());
   for (const Vec3& p : points_odom) {

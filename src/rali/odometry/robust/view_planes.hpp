@@ -7,12 +7,12 @@
 
 namespace rali::odometry {
 
-/// Planes of one scan by the direction in which they are seen (cells of 6 degrees).
+/// Planes of one scan by the direction in which they are observed (cells of 6 degrees).
 ///
-/// Rings of a sparse LiDAR meet a surface two degrees apart: 10 m ahead they are metres apart on
-/// the floor, and no cell of the map holds two of them until the vehicle has driven. A sensor that
-/// stands would see its pitch and height by the few planes near it. By direction three rings are
-/// neighbours at any distance, and what they meet is one plane or too thick to be one.
+/// Rings of a sparse LiDAR meet a surface two degrees apart. 10 m ahead they are metres apart on
+/// the floor, and no map cell contains two of them until the vehicle has driven. At standstill,
+/// pitch and height would depend on the few planes nearby. By direction three rings are neighbours
+/// at any distance, and their points form one plane or are too thick for one.
 class ViewPlanes {
  public:
   /// @param points_odom of one scan, from T_odom_lidar  @param epoch of the pose (drift.hpp)
@@ -24,7 +24,7 @@ class ViewPlanes {
   /// Index of the plane in the direction of a point, -1 if none.
   [[nodiscard]] int find(const geometry::Vec3& p_odom_m) const;
 
-  /// Whether the sensor is so far from where it was that other surfaces are seen in a direction.
+  /// Whether the sensor has moved so far that other surfaces are in a direction.
   [[nodiscard]] bool is_left(const geometry::SE3& T_odom_lidar) const;
 
  private:

@@ -19,7 +19,7 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kHeight_m = 0.6;
 constexpr double kHalfWidth_m = 3.0;
 
-/// What 16 rings, two degrees apart, see of the floor and the walls of a corridor along x.
+/// Points of 16 rings, two degrees apart, on the floor and the walls of a corridor along x.
 std::vector<Vec3> corridor(double noise_m) {
   Rng rng(1, "rings");
   std::vector<Vec3> out;
@@ -67,7 +67,7 @@ TEST(ViewPlanes, cells_that_hold_two_surfaces_hold_no_plane) {
     EXPECT_GT(along, std::cos(10.0 * kDegree)) << plane.q.transpose();
     if (along < std::cos(3.0 * kDegree)) ++turned;
   }
-  // A few points of the floor at the foot of a wall are within what counts as flat.
+  // A few points of the floor at the foot of a wall are within the flatness limit.
   EXPECT_LT(10 * turned, scan.planes().size());
 }
 

@@ -16,9 +16,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kLevels = 64, kSampleMax = 200'000;
-constexpr double kSteps = 32000.0;  ///< of half the widest side, in an int16
+constexpr double kSteps = 32000.0;  ///< for half the widest side, in an int16
 
-/// Values at two places of the order, of a sample of the finite ones.
+/// Quantiles `tail` and 1 - `tail` of a sample of the finite values.
 template <class Keep>
 Span span_between(const std::vector<float>& values, double tail, Keep&& keep) {
   std::vector<float> sample;
@@ -35,7 +35,7 @@ Span span_between(const std::vector<float>& values, double tail, Keep&& keep) {
 
 using Box = std::array<Span, 3>;
 
-/// Which points are drawn follows from their index alone.
+/// The selection of drawn points depends on their index alone.
 std::vector<std::size_t> kept_points(const MapPoints& map, const Box& box, std::size_t max) {
   const double part =
       static_cast<double>(max) / static_cast<double>(std::max<std::size_t>(map.size(), 1));
@@ -100,7 +100,7 @@ Json cloud_json(const MapPoints& map, std::size_t points_max) {
       points.push_back(static_cast<std::int16_t>(std::lround(std::clamp(steps, -kSteps, kSteps))));
     }
     height.push_back(level(static_cast<double>(p[2]), box[2]));
-    // The palette's dark end is the large error.
+    // The palette's dark end marks the large error.
     sigma.push_back(
         static_cast<std::uint8_t>(kLevels - 1 - level(static_cast<double>(map.sigma_m[i]), error)));
     vehicle.push_back(map.vehicle[i]);

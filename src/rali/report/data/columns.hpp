@@ -9,14 +9,14 @@
 
 namespace rali::report {
 
-/// Values of one quantity over time; NaN where it is not known.
+/// Values of one quantity over time; NaN if unknown.
 struct Column {
   std::string_view name;
   std::vector<float> values;
   bool keeps_extremes = true;  ///< thinned to the lowest and highest value; else to single rows
 };
 
-/// One vehicle's quantities: row k of every column belongs to one time. The first column is `t`.
+/// One vehicle's quantities: row k of every column has the same time. The first column is `t`.
 struct Columns {
   std::vector<Column> list;
   /// Per row: HeldBy in bits 0 and 1, Sight in bits 2 and 3, kDegenerateBit, kStandsBit.
@@ -31,8 +31,8 @@ inline constexpr std::uint8_t kDegenerateBit = 16, kStandsBit = 32, kStateUnknow
 /// its degeneracy.
 [[nodiscard]] Columns columns_of(const VehicleView& v);
 
-/// At most `rows_max` rows: two per stretch of rows, with the lowest and the highest value in their
-/// order, and the worst of the states, so that neither a peak nor a single bad scan is lost.
+/// At most `rows_max` rows: two per block of rows, with the lowest and the highest value in their
+/// order, and the worst state. Neither a peak nor a single bad scan is lost.
 void thin(Columns& columns, std::size_t rows_max);
 
 }  // namespace rali::report

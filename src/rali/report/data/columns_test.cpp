@@ -12,7 +12,7 @@ namespace {
 VehicleView drive(int poses) {
   VehicleView v;
   for (int i = 0; i < poses; ++i) {
-    v.way.push_back({0.1 * i, {0.1 * i, 0.0, 0.0}});
+    v.path.push_back({0.1 * i, {0.1 * i, 0.0, 0.0}});
     DegeneracyPoint d;
     d.t_s = 0.1 * i;
     d.off_m = 0.02;
@@ -44,11 +44,11 @@ TEST(Columns, bring_rows_of_different_files_together_by_their_stamps) {
 
 TEST(Columns, lose_neither_a_peak_nor_a_single_bad_scan_by_thinning) {
   VehicleView v = drive(100'000);
-  v.way[54'321].p_m.z() = 1.0;
+  v.path[54'321].p_m.z() = 1.0;
   v.degeneracy[12'345].off_m = 7.0;
   v.degeneracy[12'345].held_by = HeldBy::kNothing;
   v.degeneracy[12'345].sight = Sight::kNone;
-  v.degeneracy[12'345].blind = true;
+  v.degeneracy[12'345].degenerate = true;
   Columns columns = columns_of(v);
   thin(columns, 2000);
   ASSERT_LE(columns.rows(), 2000U);
@@ -63,7 +63,7 @@ TEST(Columns, lose_neither_a_peak_nor_a_single_bad_scan_by_thinning) {
 
 TEST(Columns, mark_where_the_vehicle_stands) {
   VehicleView v = drive(60);
-  for (std::size_t i = 30; i < 60; ++i) v.way[i].p_m = v.way[29].p_m;
+  for (std::size_t i = 30; i < 60; ++i) v.path[i].p_m = v.path[29].p_m;
   const Columns columns = columns_of(v);
   EXPECT_EQ(columns.state[10] & kStandsBit, 0);
   EXPECT_EQ(columns.state[50] & kStandsBit, kStandsBit);

@@ -20,12 +20,12 @@ using Json = nlohmann::ordered_json;
 /// With these the page stays below 10 MB: 2.4 MB of points, 5 MB of columns.
 constexpr std::size_t kPointsMax = 200'000, kRowsMax = 3000, kRowsOfAllMax = 48'000;
 constexpr std::size_t kSpotsMax = 400;
-/// More kinds of marks in one drawing are not told apart.
+/// More kinds of marks in one drawing cannot be distinguished.
 constexpr std::size_t kKindsMax = 6;
-/// More bars of expected error along a path would hide it.
+/// More bars of expected error would hide the trajectory.
 constexpr double kBarsPerPath = 8.0;
 
-/// JSON inside of <script>: no "</script>" can come to stand in it.
+/// JSON inside <script>: must not contain "</script>".
 std::string script_json(const Json& json) {
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   std::string out;
@@ -40,7 +40,7 @@ std::string script_json(const Json& json) {
   return out;
 }
 
-/// A vehicle as it is drawn. Vehicles of one `group` share a frame.
+/// Drawing data of a vehicle. Vehicles of one `group` share a frame.
 Json vehicle_json(const VehicleView& v, const std::string& label, const std::string& group,
                   const Style& style, std::size_t rows_max) {
   Columns columns = columns_of(v);
@@ -48,14 +48,14 @@ Json vehicle_json(const VehicleView& v, const std::string& label, const std::str
   Json json = {{"name", label},      {"group", group},         {"colour", css(style.colour)},
                {"dash", style.dash}, {"rows", columns.rows()}, {"state", packed(columns.state)}};
   for (const Column& column : columns.list) json[std::string(column.name)] = packed(column.values);
-  std::vector<float> heard;
-  for (const Heard& h : v.heard) {
+  std::vector<float> received;
+  for (const Received& h : v.received) {
     for (const double x :
-         {h.begin_s, h.end_s, static_cast<double>(h.used), static_cast<double>(h.rejected)}) {
-      heard.push_back(static_cast<float>(x));
+         {h.start_s, h.end_s, static_cast<double>(h.used), static_cast<double>(h.rejected)}) {
+      received.push_back(static_cast<float>(x));
     }
   }
-  if (!heard.empty()) json["received"] = packed(heard);
+  if (!received.empty()) json["received"] = packed(received);
   return json;
 }
 
@@ -94,7 +94,7 @@ void add_anchors(const RunData& run, Json& spots) {
   for (const Round& round : run.rounds) {
     for (const VehicleView& v : run.vehicles) {
       if (v.name != round.anchor || !v.in_map || spots.size() >= kSpotsMax) continue;
-      const WayPoint* where = pose_near(v.way, 0.5 * (round.begin_s + round.end_s));
+      const PathPoint* where = pose_near(v.path, 0.5 * (round.start_s + round.end_s));
       if (where == nullptr) continue;
       spots.push_back(spot("anchor", where->p_m,
                            fmt::format("round {}: {} stands as anchor", round.round, v.name)));
@@ -102,17 +102,18 @@ void add_anchors(const RunData& run, Json& spots) {
   }
 }
 
-/// How far off the vehicle may be along the degenerate axis, evenly along its path.
+/// Bars of expected error along the degenerate axis, evenly spaced along the trajectory.
 void add_axes(const VehicleView& v, Json& spots) {
-  if (!v.in_map || v.way.empty()) return;
+  if (!v.in_map || v.path.empty()) return;
   const double stride_m = std::max(v.numbers.path_m.value_or(0.0), 1.0) / kBarsPerPath;
   double path_m = 0.0, next_m = 0.5 * stride_m;
-  const WayPoint* before = nullptr;
+  const PathPoint* before = nullptr;
   for (const DegeneracyPoint& d : v.degeneracy) {
-    const WayPoint* p = pose_near(v.way, d.t_s);
+    const PathPoint* p = pose_near(v.path, d.t_s);
     if (before != nullptr) path_m += (p->p_m - before->p_m).norm();
     before = p;
-    if (path_m < next_m || !d.blind || !d.axis.allFinite() || spots.size() >= kSpotsMax) continue;
+    if (path_m < next_m || !d.degenerate || !d.axis.allFinite() || spots.size() >= kSpotsMax)
+      continue;
     next_m = path_m + stride_m;
     const bool sized = std::isfinite(d.off_m);
     const std::string off = sized ? fmt::format("+- {} along this axis (1 sigma)", metres(d.off_m))
@@ -133,7 +134,7 @@ Json series_of(std::string_view label, std::size_t look, const std::vector<Range
   return {{"label", label}, {"look", look}, {"t", packed(t_s)}, {"residual", packed(residual_m)}};
 }
 
-/// The largest |residual| drawn to scale: a few wild ranges must not flatten the rest.
+/// The largest |residual| drawn to scale: a few outliers must not flatten the rest.
 double scale_of(const PairRanges& pair) {
   std::vector<double> sizes;
   for (const std::vector<RangeDot>& dots : pair.dots) {
@@ -147,10 +148,10 @@ double scale_of(const PairRanges& pair) {
   return std::max(1.3 * *at, 0.05);
 }
 
-/// The ranges used, the most frequent reasons of rejection, and the rest as one.
+/// The used ranges, the most frequent rejection reasons, and all others as one.
 Json pair_json(const PairRanges& pair) {
   std::vector<std::size_t> fates;
-  for (std::size_t i = 1; i < kRangeFateCount; ++i) {
+  for (std::size_t i = 1; i < kRangeOutcomeCount; ++i) {
     if (!pair.dots[i].empty()) fates.push_back(i);
   }
   std::stable_sort(fates.begin(), fates.end(),
@@ -161,7 +162,7 @@ Json pair_json(const PairRanges& pair) {
   for (std::size_t k = 0; k < fates.size(); ++k) {
     const std::vector<RangeDot>& dots = pair.dots[fates[k]];
     if (all || k + 2 < kKindsMax) {
-      list.push_back(series_of(fate_words(static_cast<RangeFate>(fates[k])), k + 1, dots));
+      list.push_back(series_of(outcome_words(static_cast<RangeOutcome>(fates[k])), k + 1, dots));
     } else {
       rest.insert(rest.end(), dots.begin(), dots.end());
     }
@@ -175,10 +176,10 @@ Json pair_json(const PairRanges& pair) {
 Json rounds_json(const RunData& run) {
   Json rounds = Json::array();
   for (const Round& r : run.rounds) {
-    if (!std::isfinite(r.begin_s) || !std::isfinite(r.end_s) || rounds.size() >= kSpotsMax)
+    if (!std::isfinite(r.start_s) || !std::isfinite(r.end_s) || rounds.size() >= kSpotsMax)
       continue;
     rounds.push_back(
-        {{"round", r.round}, {"anchor", r.anchor}, {"begin_s", r.begin_s}, {"end_s", r.end_s}});
+        {{"round", r.round}, {"anchor", r.anchor}, {"begin_s", r.start_s}, {"end_s", r.end_s}});
   }
   return rounds;
 }

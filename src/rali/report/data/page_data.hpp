@@ -7,14 +7,14 @@
 
 namespace rali::report {
 
-/// Pairs of vehicles whose residuals are drawn.
+/// Maximum number of vehicle pairs whose residuals are drawn.
 inline constexpr std::size_t kPairsDrawn = 12;
 
-/// The numbers that the scripts of the page draw from: JSON without '<', arrays as base64 of
-/// little-endian values. Its size has a bound, whatever the run holds.
+/// The data for the scripts of the page: JSON without '<', arrays as base64 of little-endian
+/// values. Its size is bounded for any run.
 [[nodiscard]] std::string page_data(const RunData& run);
 
-/// The same of runs side by side: the paths of each vehicle in all runs, the map of the first.
+/// The same for several runs: the paths of each vehicle in all runs, the map of the first.
 [[nodiscard]] std::string page_data(const std::vector<RunData>& runs);
 
 }  // namespace rali::report

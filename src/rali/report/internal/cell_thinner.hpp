@@ -10,16 +10,16 @@
 
 namespace rali::report {
 
-/// Thins dots while they come, without hiding any cluster: of the dots in one cell of time and
-/// residual the earliest is kept, and cells grow only as long as there are too many. Cells follow
-/// asinh of the residual, so that small ones stay apart and wild ones need few. Dots without a
-/// residual share one line of cells.
+/// Thins dots as they arrive without hiding any cluster. The earliest dot in each cell of time and
+/// residual is kept, and cells grow only while there are too many. Cells are uniform in asinh of
+/// the residual: fine for small residuals, few for large ones. Dots without a residual share one
+/// row of cells.
 class CellThinner {
  public:
-  /// @param dots_max never more are kept
+  /// @param dots_max upper limit of the dots kept
   explicit CellThinner(std::size_t dots_max) : dots_max_(dots_max) {}
 
-  /// What has no time is left out.
+  /// Dots without a time are left out.
   void add(const RangeDot& dot);
 
   /// The dots kept, by time.
@@ -37,11 +37,11 @@ class CellThinner {
   std::map<Cell, RangeDot> kept_;
 };
 
-/// Ranges heard by one vehicle, in bins of time that grow with their number.
-class HeardBins {
+/// Ranges received by one vehicle, in bins of time that grow with their number.
+class ReceivedBins {
  public:
   void add(double t_s, bool used);
-  [[nodiscard]] std::vector<Heard> spans() const;
+  [[nodiscard]] std::vector<Received> spans() const;
 
  private:
   void coarsen();

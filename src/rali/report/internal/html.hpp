@@ -9,36 +9,36 @@
 
 namespace rali::report {
 
-/// Text of unknown origin as it may stand in HTML, in attributes too: what is no UTF-8 becomes
-/// U+FFFD, control characters become blanks.
+/// Escapes untrusted text for HTML, also for attributes: invalid UTF-8 becomes U+FFFD, control
+/// characters become blanks.
 [[nodiscard]] std::string escaped(std::string_view text);
 
-/// Fixed decimals; "–" for what is no finite number.
+/// Fixed decimals; "–" for non-finite numbers.
 [[nodiscard]] std::string fixed(double value, int decimals);
 [[nodiscard]] std::string fixed(const Number& value, int decimals);
 
-/// A share as "12.3 %".
-[[nodiscard]] std::string percent(const Number& share);
+/// A fraction as "12.3 %".
+[[nodiscard]] std::string percent(const Number& fraction);
 
-/// Whole numbers with thin gaps: 530 968.
+/// Whole numbers with thin spaces: 530 968.
 [[nodiscard]] std::string counted(const Number& value);
 
-/// "over 1000" beyond a limit: a number that only shows that something is wrong is not written out.
+/// "over 1000" beyond a limit: such a number shows only an error, its digits are irrelevant.
 [[nodiscard]] std::string at_most(const Number& value, double limit, int decimals);
 
-/// Metres as people say them: 0.006 m, 87.3 m, 1204 m, over 100 km.
+/// Metres with readable precision: 0.006 m, 87.3 m, 1204 m, over 100 km.
 [[nodiscard]] std::string metres(const Number& value_m);
 
 /// Bytes as base64.
 [[nodiscard]] std::string base64(std::span<const std::byte> bytes);
 
-/// Numbers as base64 of their bytes, little-endian as on every machine that is built for.
+/// Numbers as base64 of their bytes, little-endian as on all supported machines.
 template <class T>
 [[nodiscard]] std::string packed(const std::vector<T>& values) {
   return base64(std::as_bytes(std::span(values)));
 }
 
-/// A table; cells are HTML already. Columns after the first are set right.
+/// A table; cells are already HTML. Columns after the first are right-aligned.
 class Table {
  public:
   explicit Table(std::vector<std::string> head) : head_(std::move(head)) {}
@@ -49,10 +49,10 @@ class Table {
 
   [[nodiscard]] std::size_t size() const { return rows_.size(); }
 
-  /// `words`: columns hold text, set left.
+  /// `words`: columns hold text, left-aligned.
   [[nodiscard]] std::string html(bool words = false) const;
 
-  /// Without the columns that hold nothing but zeros or unknowns; a sentence names those.
+  /// Without the columns that hold only zeros or unknowns; a sentence names those.
   [[nodiscard]] std::string lean_html() const;
 
  private:
@@ -62,7 +62,7 @@ class Table {
   std::vector<std::vector<std::string>> rows_;
 };
 
-/// A paragraph that says why there is nothing.
+/// A paragraph that states why there is no content.
 [[nodiscard]] std::string absent(std::string_view sentence);
 
 }  // namespace rali::report

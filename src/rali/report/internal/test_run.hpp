@@ -14,7 +14,7 @@
 
 namespace rali::report {
 
-/// What an invented run of `rali map` holds.
+/// Content of a synthetic run of `rali map`.
 struct TestRun {
   std::vector<std::string> vehicles = {"v1"};
   int poses = 200;  ///< 10 per second
@@ -32,7 +32,7 @@ inline std::vector<std::string> test_names(std::size_t n) {
   return names;
 }
 
-/// Quotes for JSON, enough for the names of the tests.
+/// Quotes text for JSON, enough for the names of the tests.
 inline std::string json_text(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -67,9 +67,9 @@ class TestRunWriter {
   }
 
  private:
-  static constexpr double kBegin_s = 1700000000.0;
+  static constexpr double kStart_s = 1700000000.0;
 
-  /// Vehicles drive beside each other along a corridor with a bend.
+  /// Vehicles drive side by side along a corridor with a bend.
   static void place(std::size_t v, int i, double& x, double& y, double& z) {
     const double s = 0.12 * i;
     x = s < 14.0 ? s : 14.0;
@@ -77,7 +77,7 @@ class TestRunWriter {
     z = 0.02 * std::sin(0.7 * s);
   }
 
-  static bool blind(std::size_t v, int i) { return v % 2 == 1 && i >= 80 && i < 130; }
+  static bool degenerate(std::size_t v, int i) { return v % 2 == 1 && i >= 80 && i < 130; }
 
   void write_vehicle(std::size_t v) const {
     const std::string& name = run_.vehicles[v];
@@ -90,15 +90,15 @@ class TestRunWriter {
     for (int i = 0; i < run_.poses; ++i) {
       double x = 0.0, y = 0.0, z = 0.0;
       place(v, i, x, y, z);
-      const double t_s = kBegin_s + 0.1 * i, var = 1e-4 + 2e-5 * i;
+      const double t_s = kStart_s + 0.1 * i, var = 1e-4 + 2e-5 * i;
       tum += fmt::format("{:.9f} {:.6f} {:.6f} {:.6f} 0 0 0 1\n", t_s, x, y, z);
       cov += fmt::format("{:.9f},{:.6e},0,0,{:.6e},0,{:.6e}\n", t_s, var, var, 0.2 * var);
-      const bool is_blind = blind(v, i);
-      degeneracy +=
-          fmt::format("{:.9f},{},{:.3f},1,0,0,0.05,,{}", t_s, is_blind ? 1 : 0,
-                      is_blind ? 900.0 : 8.0 + std::sin(0.3 * i), is_blind ? run_.vehicles[0] : "");
+      const bool is_degenerate = degenerate(v, i);
+      degeneracy += fmt::format("{:.9f},{},{:.3f},1,0,0,0.05,,{}", t_s, is_degenerate ? 1 : 0,
+                                is_degenerate ? 900.0 : 8.0 + std::sin(0.3 * i),
+                                is_degenerate ? run_.vehicles[0] : "");
       degeneracy += run_.old_degeneracy ? "\n"
-                    : is_blind          ? ",axial,none,0.0487,range\n"
+                    : is_degenerate     ? ",axial,none,0.0487,range\n"
                                         : ",axial,full,0.0213,lidar\n";
       errors += fmt::format("{:.9f},{:.4f},0.2,{:.4f},0.01,-0.02,,{:.3f}\n", t_s, 0.03 + 1e-3 * i,
                             0.02 + 1e-3 * i, 5.0 + std::sin(0.2 * i));
@@ -155,7 +155,7 @@ class TestRunWriter {
         R"("pairs":{{"v1-v2":{{"bias_m":0.123,"bias_sigma_m":0.01,"residual_std_m":0.07,)"
         R"("latency_s":0.046}}}}}},"map":{{"points":{},"voxel_m":0.05,"thickness_m":0.0067}},)"
         R"("warnings":[{}]}})",
-        run_.status, kBegin_s, kBegin_s + 0.1 * run_.poses, vehicles, group, run_.fleet ? 1 : 0,
+        run_.status, kStart_s, kStart_s + 0.1 * run_.poses, vehicles, group, run_.fleet ? 1 : 0,
         run_.fleet ? 1 : 0, run_.fleet ? 2 : 0, run_.fleet ? 600 : 0, run_.fleet ? 540 : 0,
         run_.points, warnings);
   }
@@ -167,7 +167,7 @@ class TestRunWriter {
       const std::size_t to = 1 + static_cast<std::size_t>(i) % (run_.vehicles.size() - 1);
       const bool used = i % 10 != 0;
       ranges +=
-          fmt::format("{:.9f},{},{},2.0,1.9,{:.3f},0.1,0.1,0.9,{},{}\n", kBegin_s + i / 30.0,
+          fmt::format("{:.9f},{},{},2.0,1.9,{:.3f},0.1,0.1,0.9,{},{}\n", kStart_s + i / 30.0,
                       run_.vehicles[0], run_.vehicles[to], used ? 0.07 * std::sin(2.1 * i) : 0.8,
                       used ? 1 : 0, used ? "used" : "nlos");
     }
@@ -176,7 +176,7 @@ class TestRunWriter {
         "rounds.csv",
         fmt::format("round,anchor,start_s,end_s,ended_by,next_anchor,frontier_id\n1,{0},"
                     "{2:.1f},{3:.1f},arrived,{1},4\n2,{1},{3:.1f},{4:.1f},end,,\n",
-                    run_.vehicles[0], run_.vehicles[1], kBegin_s, kBegin_s + 9.0, kBegin_s + 20.0));
+                    run_.vehicles[0], run_.vehicles[1], kStart_s, kStart_s + 9.0, kStart_s + 20.0));
     folder_.write(
         "frontiers.csv",
         "round,id,x,y,length_m,nearest_vehicle,state,reason\n1,4,9.5,0.5,1.25,v2,explored,\n"
@@ -185,7 +185,7 @@ class TestRunWriter {
                   fmt::format("stamp_from_s,vehicle_from,stamp_to_s,vehicle_to,accepted,reason,"
                               "score,shift_m\n{0:.1f},v1,{1:.1f},v2,1,,0.83,0.12\n{0:.1f},v1,"
                               "{1:.1f},v2,0,too few points,0.31,\n",
-                              kBegin_s + 2.0, kBegin_s + 17.0));
+                              kStart_s + 2.0, kStart_s + 17.0));
   }
 
   std::string evaluation() const {

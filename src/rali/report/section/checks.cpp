@@ -6,22 +6,22 @@
 #include <fmt/format.h>
 
 #include "rali/report/internal/html.hpp"
-#include "rali/report/section/blind_words.hpp"
+#include "rali/report/section/degenerate_words.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
 namespace {
 
-/// More than this share of the way blind without a range is a doubt.
-constexpr double kUnheldShare = 0.02;
+/// A larger fraction of the trajectory, degenerate and without ranges, is flagged.
+constexpr double kUnheldFraction = 0.02;
 constexpr double kLargeSigma_m = 0.5;
-/// Mean of NEES above this multiple of what it should be: the covariances promise too much.
+/// Mean NEES above this multiple of its expectation: the covariances are overconfident.
 constexpr double kNeesFactorMax = 2.0;
-/// Below: they promise far too little, which helps nobody either.
+/// Below this multiple the covariances are far too large, which is flagged too.
 constexpr double kNeesFactorMin = 0.1;
-/// Less than this share within bounds that should hold 95 %: the same.
+/// Fewer values within the 95 % bounds than this fraction: also overconfident.
 constexpr double kWithin95Min = 0.85;
-/// Fewer keyframes that could contradict the map do not clear it.
+/// With a smaller fraction of keyframes able to contradict the map, the check is not passed.
 constexpr double kCheckedMin = 0.8;
 
 std::string status_words(const RunData& run) {
@@ -41,7 +41,7 @@ Check run_check(const RunData& run) {
   return {state, "the run", status_words(run)};
 }
 
-/// Points without a return are how some drivers send nothing: no gap.
+/// Some drivers send points for missing returns: these are no gap.
 bool is_harmless(std::string_view key) { return key == "nan_points"; }
 
 Check input_check(const RunData& run) {
@@ -60,7 +60,7 @@ Check input_check(const RunData& run) {
     for (const auto& [key, value] : v.numbers.gaps) {
       if (!is_harmless(key)) add(value, escaped(gap_words(key)));
     }
-    add(v.numbers.sweeps_dropped.value_or(0.0), "scans without a pose");
+    add(v.numbers.scans_dropped.value_or(0.0), "scans without a pose");
   }
   if (check.state == CheckState::kGood) check.found = "no gaps, nothing damaged, no scan dropped";
   if (check.state == CheckState::kLook) check.found = found;
@@ -83,33 +83,33 @@ Check divergence_check(const RunData& run) {
   return check;
 }
 
-/// The vehicle of which the largest share was blind and held by nothing; null: none.
+/// The vehicle with the largest degenerate and unconstrained fraction; null: none.
 const VehicleView* least_held(const RunData& run) {
   const VehicleView* worst = nullptr;
   for (const VehicleView& v : run.vehicles) {
-    const double share = unheld_share(v);
-    if (share > 0.0 && (worst == nullptr || share > unheld_share(*worst))) worst = &v;
+    const double fraction = unheld_fraction(v);
+    if (fraction > 0.0 && (worst == nullptr || fraction > unheld_fraction(*worst))) worst = &v;
   }
   return worst;
 }
 
 std::string unheld_found(const VehicleView& v) {
   const std::string words = unheld_words(v);
-  if (v.blind_way.known && !words.empty()) return escaped(v.name) + ": " + words;
+  if (v.degenerate_path.known && !words.empty()) return escaped(v.name) + ": " + words;
   return fmt::format("{}: {} of its path degenerate and constrained by {}", escaped(v.name),
-                     percent(unheld_share(v)), v.blind_way.known ? "nothing" : "no range");
+                     percent(unheld_fraction(v)), v.degenerate_path.known ? "nothing" : "no range");
 }
 
-Check blind_check(const RunData& run) {
+Check degenerate_check(const RunData& run) {
   Check check{CheckState::kNotChecked, "degenerate directions", "not known"};
-  std::size_t known = 0, blind = 0;
+  std::size_t known = 0, degenerate = 0;
   for (const VehicleView& v : run.vehicles) {
     known += blindness_known(v) ? 1 : 0;
-    blind += was_blind(v) ? 1 : 0;
+    degenerate += was_degenerate(v) ? 1 : 0;
   }
   if (known == 0) return check;
-  if (blind == 0) {
-    // Files of a run that was killed cover a part alone.
+  if (degenerate == 0) {
+    // Files of a killed run cover only a part of it.
     if (known == run.vehicles.size() && run.metrics_known) {
       return {CheckState::kGood, check.what, "none: every direction is constrained"};
     }
@@ -121,7 +121,7 @@ Check blind_check(const RunData& run) {
   if (worst == nullptr) {
     return {CheckState::kLook, check.what, "met, and constrained by ranges or inertia everywhere"};
   }
-  const bool far_off = worst->blind_way.peak_nothing.off_m > kLargeSigma_m;
+  const bool far_off = worst->degenerate_path.peak_nothing.off_m > kLargeSigma_m;
   return {far_off ? CheckState::kBad : CheckState::kLook, check.what, unheld_found(*worst)};
 }
 
@@ -145,7 +145,7 @@ Check range_check(const RunData& run) {
     return {CheckState::kNotChecked, "ranges",
             ranges_unused(run).empty() ? "none were used" : "given, but none was used"};
   }
-  // What was measured twice or not needed is no fault.
+  // Duplicate or unneeded ranges are no fault.
   double faulty = total - used;
   for (const auto& [reason, n] : run.ranges.rejected) {
     if (reason == "duplicate" || reason == "not_needed") faulty -= n;
@@ -167,15 +167,15 @@ Check loop_check(const RunData& run) {
 /// The vehicle with the largest mean NEES of a kind.
 std::string worst_of(const RunData& run, const std::string& kind) {
   const VehicleView* worst = nullptr;
-  double most = 0.0;
+  double maximum = 0.0;
   for (const VehicleView& v : run.vehicles) {
     const Number nees = measured(run, "vehicles." + v.name + ".trajectory." + kind + ".mean");
-    if (nees && *nees > most) most = *nees, worst = &v;
+    if (nees && *nees > maximum) maximum = *nees, worst = &v;
   }
   return worst == nullptr || run.vehicles.size() < 2 ? "" : ", most of all " + escaped(worst->name);
 }
 
-/// What speaks against the covariances; empty: nothing does.
+/// The fault in the covariances; empty: none.
 std::string covariance_fault(const RunData& run) {
   for (const char* kind : {"nees_pose", "nees_position"}) {
     const std::string path = std::string("fleet.trajectory.") + kind;
@@ -200,7 +200,7 @@ Check truth_check(const RunData& run) {
   const Number ape = truth_error(run);
   if (!ape) return {CheckState::kNotChecked, "against ground truth", "not evaluated"};
   const std::string size = metres(ape) + " (APE rmse)";
-  // How large an error may be is the reader's to judge; whether it was predicted can be checked.
+  // The acceptable error is up to the reader; whether it was predicted can be checked.
   const Number nees = measured(run, "fleet.trajectory.nees_position.mean");
   const Number expected = measured(run, "fleet.trajectory.nees_position.expected_mean");
   if (!nees && !measured(run, "fleet.trajectory.nees_pose.mean")) {
@@ -216,7 +216,7 @@ Check truth_check(const RunData& run) {
                             : ", no more than the stated covariance allows")};
 }
 
-/// How much of the map its own scans could contradict, and whether they did.
+/// The fraction of the map that its own scans could contradict, and whether they did.
 Check map_check(const RunData& run) {
   Check check{CheckState::kNotChecked, "map against its scans", "not known"};
   const SelfCheck& c = run.self_check;
@@ -236,7 +236,7 @@ Check map_check(const RunData& run) {
   return check;
 }
 
-std::string doubt_of_status(const RunData& run) {
+std::string uncertainty_of_status(const RunData& run) {
   if (run.status == "interrupted") {
     return fmt::format("the run was stopped at {} s: later data are not mapped.",
                        fixed(last_time_s(run), 0));
@@ -255,10 +255,10 @@ std::string names_of_map(const RunData& run) {
   return names_text(names);
 }
 
-/// The vehicle that went farthest blind and held by nothing.
-std::string doubt_of_blind(const RunData& run) {
+/// The vehicle with the longest degenerate and unconstrained distance.
+std::string uncertainty_of_degenerate(const RunData& run) {
   const VehicleView* worst = least_held(run);
-  if (worst == nullptr || unheld_share(*worst) <= kUnheldShare) return {};
+  if (worst == nullptr || unheld_fraction(*worst) <= kUnheldFraction) return {};
   std::string text = unheld_found(*worst) +
                      "; the map may be too long or too short there, although its walls look "
                      "straight and thin";
@@ -268,7 +268,7 @@ std::string doubt_of_blind(const RunData& run) {
   return text + '.';
 }
 
-std::string doubt_of_vehicles(const RunData& run) {
+std::string uncertainty_of_vehicles(const RunData& run) {
   for (const VehicleView& v : run.vehicles) {
     if (v.numbers.diverged_s.value_or(0.0) > 0.0) {
       return fmt::format("{} diverged for {} s; that stretch is missing in the map.",
@@ -282,7 +282,8 @@ std::string doubt_of_vehicles(const RunData& run) {
         "others were in it is not known.",
         run.groups.size(), names_of_map(run));
   }
-  if (const std::string blind = doubt_of_blind(run); !blind.empty()) return blind;
+  if (const std::string degenerate = uncertainty_of_degenerate(run); !degenerate.empty())
+    return degenerate;
   for (const VehicleView& v : run.vehicles) {
     if (v.numbers.sigma_max_m.value_or(0.0) <= kLargeSigma_m) continue;
     const Number largest = largest_error(run);
@@ -350,14 +351,15 @@ std::string ranges_unused(const RunData& run) {
 Number truth_error(const RunData& run) { return measured(run, "fleet.trajectory.ape_m.rmse"); }
 
 std::vector<Check> checks_of(const RunData& run) {
-  return {run_check(run),   input_check(run), divergence_check(run),
-          blind_check(run), map_check(run),   frame_check(run),
-          range_check(run), loop_check(run),  truth_check(run)};
+  return {run_check(run),        input_check(run), divergence_check(run),
+          degenerate_check(run), map_check(run),   frame_check(run),
+          range_check(run),      loop_check(run),  truth_check(run)};
 }
 
 std::string largest_uncertainty(const RunData& run) {
-  for (const std::string& doubt : {doubt_of_status(run), doubt_of_vehicles(run)}) {
-    if (!doubt.empty()) return doubt;
+  for (const std::string& uncertainty :
+       {uncertainty_of_status(run), uncertainty_of_vehicles(run)}) {
+    if (!uncertainty.empty()) return uncertainty;
   }
   if (const Check map = map_check(run); map.state == CheckState::kBad) {
     return "the map contradicts its own scans: " + map.found + '.';

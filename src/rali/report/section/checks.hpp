@@ -8,7 +8,7 @@
 
 namespace rali::report {
 
-/// Nothing is good that was not checked.
+/// Without a check the state is never kGood.
 enum class CheckState { kGood, kLook, kBad, kNotChecked };
 
 struct Check {
@@ -16,31 +16,31 @@ struct Check {
   std::string what, found;  ///< HTML
 };
 
-/// What was looked at and what came out, in the order of the page.
+/// The checks and their results, in the order of the page.
 [[nodiscard]] std::vector<Check> checks_of(const RunData& run);
 
-/// One sentence (HTML): what a reader should question first.
+/// One sentence (HTML): the least reliable result, for the reader to check first.
 [[nodiscard]] std::string largest_uncertainty(const RunData& run);
 
-/// rmse of the position against the truth over all vehicles, if evaluated.
+/// rmse of the position against the ground truth over all vehicles, if evaluated.
 [[nodiscard]] Number truth_error(const RunData& run);
 
 /// The vehicle with the largest expected error; null: none is known.
 [[nodiscard]] const VehicleView* least_certain(const RunData& run);
 
-/// Largest position error of a pose against the truth.
+/// Largest position error of a pose against the ground truth.
 [[nodiscard]] Number largest_error(const RunData& run);
 
-/// How many times the stated sigma the errors are, root mean square: of a mean NEES.
+/// Ratio of errors to stated sigma, root mean square: from a mean NEES.
 [[nodiscard]] std::string ratio_text(const Number& nees, const Number& expected);
 
-/// Why ranges that were given are not used (HTML); empty: none were given, or they are.
+/// Why given ranges are not used (HTML); empty: none were given, or they are used.
 [[nodiscard]] std::string ranges_unused(const RunData& run);
 
 [[nodiscard]] std::string_view state_class(CheckState state);
 [[nodiscard]] std::string_view state_word(CheckState state);
 
-/// What a count of metrics.json's gaps means, in words; the key itself if unknown.
+/// Meaning of a key of metrics.json's gaps as text; the key itself if unknown.
 [[nodiscard]] std::string_view gap_words(std::string_view key);
 
 }  // namespace rali::report

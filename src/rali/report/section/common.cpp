@@ -8,19 +8,19 @@ namespace rali::report {
 double last_time_s(const RunData& run) {
   double last_s = 0.0;
   for (const VehicleView& v : run.vehicles) {
-    if (!v.way.empty()) last_s = std::max(last_s, v.way.back().t_s);
+    if (!v.path.empty()) last_s = std::max(last_s, v.path.back().t_s);
     if (!v.degeneracy.empty()) last_s = std::max(last_s, v.degeneracy.back().t_s);
   }
   return last_s;
 }
 
-const WayPoint* pose_near(const std::vector<WayPoint>& way, double t_s) {
-  const WayPoint* best = nullptr;
-  const auto after = std::lower_bound(way.begin(), way.end(), t_s,
-                                      [](const WayPoint& w, double t) { return w.t_s < t; });
-  if (after != way.end()) best = &*after;
-  if (after != way.begin()) {
-    const WayPoint* before = &*std::prev(after);
+const PathPoint* pose_near(const std::vector<PathPoint>& path, double t_s) {
+  const PathPoint* best = nullptr;
+  const auto after = std::lower_bound(path.begin(), path.end(), t_s,
+                                      [](const PathPoint& w, double t) { return w.t_s < t; });
+  if (after != path.end()) best = &*after;
+  if (after != path.begin()) {
+    const PathPoint* before = &*std::prev(after);
     if (best == nullptr || t_s - before->t_s < best->t_s - t_s) best = before;
   }
   return best;

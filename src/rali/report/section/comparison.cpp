@@ -54,10 +54,11 @@ void add_vehicle_rows(const std::vector<RunData>& runs, Table& table) {
     };
     add("path", &VehicleNumbers::path_m, [](const Number& n) { return metres(n); });
     add("keyframes", &VehicleNumbers::keyframes, [](const Number& n) { return counted(n); });
-    add("scans dropped", &VehicleNumbers::sweeps_dropped,
+    add("scans dropped", &VehicleNumbers::scans_dropped,
         [](const Number& n) { return counted(n); });
-    add("degenerate", &VehicleNumbers::blind_share, [](const Number& n) { return percent(n); });
-    add("of that constrained by ranges", &VehicleNumbers::blind_held_share,
+    add("degenerate", &VehicleNumbers::degenerate_fraction,
+        [](const Number& n) { return percent(n); });
+    add("of that constrained by ranges", &VehicleNumbers::degenerate_held_fraction,
         [](const Number& n) { return percent(n); });
     add("expected error, median", &VehicleNumbers::sigma_median_m,
         [](const Number& n) { return metres(n); });
@@ -100,7 +101,7 @@ Section overlay_section(const std::vector<RunData>& runs) {
   for (const std::string& name : vehicle_names(runs)) {
     const auto has_path = [&](const RunData& run) {
       return std::any_of(run.vehicles.begin(), run.vehicles.end(),
-                         [&](const VehicleView& v) { return v.name == name && !v.way.empty(); });
+                         [&](const VehicleView& v) { return v.name == name && !v.path.empty(); });
     };
     if (std::none_of(runs.begin(), runs.end(), has_path)) continue;
     const bool in_first =

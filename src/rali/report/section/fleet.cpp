@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kRowsMax = 60;
 
-/// Who was placed by what, and how surely.
+/// How each vehicle's start pose was initialised, and its uncertainty.
 std::string placed_html(const RunData& run) {
   Table table({"vehicle", "placed by", "place (1 sigma)", "heading (1 sigma)", "waits for"});
   for (const FleetFrame& f : run.frames) {
@@ -76,7 +76,7 @@ std::string rounds_html(const RunData& run) {
   Table table({"round", "anchor", "from", "to", "ended by", "next anchor"});
   for (std::size_t i = 0; i < std::min(run.rounds.size(), kRowsMax); ++i) {
     const Round& r = run.rounds[i];
-    table.row({escaped(r.round), escaped(r.anchor), fixed(r.begin_s, 1) + " s",
+    table.row({escaped(r.round), escaped(r.anchor), fixed(r.start_s, 1) + " s",
                fixed(r.end_s, 1) + " s", end_words(r.ended_by), escaped(r.next_anchor)});
   }
   html += table.html(true);
@@ -87,7 +87,7 @@ std::string rounds_html(const RunData& run) {
   return html;
 }
 
-/// What became of the loops between two vehicles, or of one with itself.
+/// Results of the loop closures between two vehicles, or within one.
 struct PairLoops {
   std::size_t accepted = 0, refused = 0;
   std::vector<double> scores, shifts_m;  ///< of those accepted
@@ -118,13 +118,13 @@ std::string pairs_html(const RunData& run) {
   }
   Table table({"vehicles", "closed", "refused", "score, median", "shift, median", "largest"});
   for (const auto& [names, pair] : pairs) {
-    const auto most = std::max_element(pair.shifts_m.begin(), pair.shifts_m.end());
+    const auto maximum = std::max_element(pair.shifts_m.begin(), pair.shifts_m.end());
     table.row({names.first == names.second
                    ? fmt::format("{} with itself", escaped(names.first))
                    : fmt::format("{} and {}", escaped(names.first), escaped(names.second)),
                fmt::format("{}", pair.accepted), fmt::format("{}", pair.refused),
                fixed(median(pair.scores), 2), metres_or_none(median(pair.shifts_m)),
-               metres_or_none(most == pair.shifts_m.end() ? kUnknown : *most)});
+               metres_or_none(maximum == pair.shifts_m.end() ? kUnknown : *maximum)});
   }
   return table.html() +
          "<p class=\"note\">Score: fraction of points that agree. Shift: how far the scans moved "
@@ -155,7 +155,7 @@ std::string round_words(const std::string& round) {
   return round == "0" ? "end of data" : escaped(round);
 }
 
-/// How many there were when each round ended.
+/// Number of frontiers at the end of each round.
 std::string frontier_counts_html(const RunData& run) {
   Table table({"when round ended", "open", "longest open", "explored", "unreachable", "too small"});
   for (std::size_t begin = 0; begin < run.frontiers.size() && table.size() < kRowsMax;) {
@@ -182,7 +182,7 @@ std::string frontiers_html(const RunData& run) {
   Table table({"frontier", "at x", "y", "length", "nearest", "state", "why"});
   std::size_t left = 0;
   for (const Frontier& f : run.frontiers) {
-    // Too small ones are many, and explored ones are done.
+    // Frontiers that are too small are numerous, and explored ones are done.
     if (f.round != last || f.state == "too_small" || f.state == "explored") continue;
     if (++left > kRowsMax) continue;
     table.row({escaped(f.id), fixed(f.p_m.x(), 1) + " m", fixed(f.p_m.y(), 1) + " m",

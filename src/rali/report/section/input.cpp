@@ -77,7 +77,7 @@ std::string gaps_table(const RunData& run) {
 std::string warnings_html(const RunData& run) {
   if (!run.metrics_known) return absent("There is no metrics.json: warnings are not known.");
   if (run.warnings.empty()) return absent("No warnings.");
-  // The first of a kind show what is wrong; twenty of one kind hide the others.
+  // The first findings of a kind suffice; twenty of one kind hide the others.
   std::map<std::pair<std::string, std::string>, std::size_t> count;
   Table table({"id", "vehicle", "what was found"});
   for (const Warning& w : run.warnings) {
@@ -127,17 +127,17 @@ Section speed_section(const RunData& run) {
       fixed(t.data_s, 1), fixed(t.total_s, 1), fixed(t.speed, 1), counted(t.memory_max_mb));
   Table table({"stage", "time", "share", ""});
   for (const auto& [stage, seconds] : t.stages_s) {
-    const double share = t.total_s.value_or(0.0) > 0.0 ? seconds / *t.total_s : 0.0;
-    table.row({escaped(stage), fixed(seconds, 2) + " s", percent(share),
+    const double fraction = t.total_s.value_or(0.0) > 0.0 ? seconds / *t.total_s : 0.0;
+    table.row({escaped(stage), fixed(seconds, 2) + " s", percent(fraction),
                fmt::format("<svg class=\"bar\" width=\"160\" height=\"9\"><rect width=\"{:.1f}\" "
                            "height=\"9\"/></svg>",
-                           160.0 * std::clamp(share, 0.0, 1.0))});
+                           160.0 * std::clamp(fraction, 0.0, 1.0))});
   }
   section.html += table.html();
   return section;
 }
 
-/// "fleet.yaml:5" of a whole path: folders of the machine that ran it say nothing to a reader.
+/// "fleet.yaml:5" of a full path: folders of the machine that ran it are irrelevant to a reader.
 std::string origin_words(const std::string& origin) {
   const std::size_t colon = origin.rfind(':');
   const std::size_t slash = origin.rfind('/');

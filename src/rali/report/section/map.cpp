@@ -6,7 +6,7 @@
 #include "rali/report/data/cloud.hpp"
 #include "rali/report/internal/colours.hpp"
 #include "rali/report/internal/html.hpp"
-#include "rali/report/section/blind.hpp"
+#include "rali/report/section/degenerate.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
@@ -20,7 +20,7 @@ bool any_in_map(const RunData& run, Is&& is) {
 
 bool degenerate_held_by(const VehicleView& v, HeldBy by) {
   return std::any_of(v.degeneracy.begin(), v.degeneracy.end(), [&](const DegeneracyPoint& d) {
-    return d.blind && std::max(d.held_by, HeldBy::kRange) == by;
+    return d.degenerate && std::max(d.held_by, HeldBy::kRange) == by;
   });
 }
 
@@ -30,7 +30,7 @@ std::string key(std::string_view shape, std::string_view words) {
       words);
 }
 
-/// What the drawing holds besides the paths, which have their names in it: at most six entries.
+/// Key of the drawing except the paths, which are labelled in it: at most six entries.
 std::string map_legend(const RunData& run) {
   using Key = std::array<std::string_view, 2>;
   constexpr std::array<Key, 3> kHeld = {
@@ -60,7 +60,7 @@ std::string map_legend(const RunData& run) {
   return out + "</p>\n";
 }
 
-/// Choice of what colours the points, with the key of each choice.
+/// Selector for the colour of the points, with the key of each choice.
 std::string colour_choice(const RunData& run) {
   const Span error = span_of_sigma(run.map), z = span_of_points(run.map, 2);
   std::string options, keys, bar = "linear-gradient(90deg";
@@ -104,14 +104,14 @@ std::string frames_note(const RunData& run) {
       others.size() == 1 ? "that one stands" : "those stand");
 }
 
-/// Paths of vehicles that are not joined: each group by itself.
+/// Paths of vehicles that are not joined: each group separately.
 std::string other_frames(const RunData& run) {
   std::string html;
   for (std::size_t i = 0; i < run.groups.size(); ++i) {
     const std::vector<std::string>& group = run.groups[i];
     const bool has_path =
         std::any_of(run.vehicles.begin(), run.vehicles.end(), [&](const VehicleView& v) {
-          return !v.in_map && !v.way.empty() &&
+          return !v.in_map && !v.path.empty() &&
                  std::find(group.begin(), group.end(), v.name) != group.end();
         });
     if (!has_path) continue;
@@ -128,7 +128,7 @@ std::string other_frames(const RunData& run) {
 
 Section map_section(const RunData& run) {
   Section section{"map", "Map", ""};
-  const bool paths = any_in_map(run, [](const VehicleView& v) { return !v.way.empty(); });
+  const bool paths = any_in_map(run, [](const VehicleView& v) { return !v.path.empty(); });
   if (run.map.size() == 0 && !paths) {
     section.html = absent("There is no map and no trajectory.") + other_frames(run);
     return section;
@@ -148,7 +148,8 @@ Section map_section(const RunData& run) {
       cloud ? "What stands upright is dark, floors and ceilings are "
               "faint. "
             : "");
-  section.html += "<h3>Where the LiDAR was degenerate</h3>" + blind_html(run) + other_frames(run);
+  section.html +=
+      "<h3>Where the LiDAR was degenerate</h3>" + degenerate_html(run) + other_frames(run);
   return section;
 }
 

@@ -13,15 +13,15 @@ namespace {
 
 constexpr std::size_t kPairsMax = 40;
 
-/// The words for a reason of metrics.json; the reason itself where it is not known.
+/// Text for a reason of metrics.json; the reason itself if unknown.
 std::string reason_words(const std::string& reason) {
-  const RangeFate fate = fate_of(reason, false);
-  return fate == RangeFate::kOther ? escaped(reason) : std::string(fate_words(fate));
+  const RangeOutcome outcome = outcome_of(reason, false);
+  return outcome == RangeOutcome::kOther ? escaped(reason) : std::string(outcome_words(outcome));
 }
 
 std::string number(std::size_t n) { return counted(static_cast<double>(n)); }
 
-/// metrics.json counts what was handed to the map; without it ranges.csv is counted.
+/// metrics.json counts the ranges passed to the map; without it ranges.csv is counted.
 std::string reasons_table(const RunData& run) {
   Table table({"what became of them", "ranges", "fraction"});
   const bool of_metrics = run.ranges.total.has_value();
@@ -34,8 +34,8 @@ std::string reasons_table(const RunData& run) {
     add("used", run.ranges.used.value_or(0.0));
     for (const auto& [reason, n] : run.ranges.rejected) add("rejected: " + reason_words(reason), n);
   } else {
-    for (std::size_t i = 0; i < kRangeFateCount; ++i) {
-      const std::string words(fate_words(static_cast<RangeFate>(i)));
+    for (std::size_t i = 0; i < kRangeOutcomeCount; ++i) {
+      const std::string words(outcome_words(static_cast<RangeOutcome>(i)));
       if (i == 0 || rows.count[i] > 0) {
         add(i == 0 ? words : "rejected: " + words, static_cast<double>(rows.count[i]));
       }
@@ -45,7 +45,7 @@ std::string reasons_table(const RunData& run) {
   return table.html();
 }
 
-/// The pair of metrics.json, whichever end stands first.
+/// The pair of metrics.json, in either order of its ends.
 const RangePair* numbers_of(const RunData& run, const PairRanges& pair) {
   for (const RangePair& p : run.ranges.pairs) {
     if (p.name == pair.a + "-" + pair.b || p.name == pair.b + "-" + pair.a) return &p;
@@ -75,7 +75,7 @@ std::vector<std::string> cells_of(const RunData& run, const PairRanges& pair,
   const RangePair* p = numbers_of(run, pair);
   std::vector<std::string> cells = {escaped(pair.a) + "-" + escaped(pair.b), number(pair.total()),
                                     number(pair.used())};
-  for (const std::size_t fate : fates) cells.push_back(number(pair.count[fate]));
+  for (const std::size_t outcome : fates) cells.push_back(number(pair.count[outcome]));
   cells.push_back(bias_cell(p != nullptr && p->bias_m ? p->bias_m : Number(pair.bias_m),
                             p != nullptr ? p->bias_sigma_m : Number()));
   cells.push_back(known_metres(p != nullptr && p->residual_std_m ? p->residual_std_m
@@ -84,7 +84,7 @@ std::vector<std::string> cells_of(const RunData& run, const PairRanges& pair,
   return cells;
 }
 
-/// Pairs of metrics.json when ranges.csv is not there.
+/// Pairs of metrics.json, used without ranges.csv.
 std::string pairs_of_metrics(const RunData& run) {
   Table table({"pair", "bias (1 sigma)", "spread of residuals", "latency"});
   for (const RangePair& p : run.ranges.pairs) {
@@ -99,13 +99,13 @@ std::string pairs_table(const RunData& run) {
   const std::vector<PairRanges>& pairs = run.range_table.pairs;
   if (pairs.empty()) return pairs_of_metrics(run);
   std::vector<std::size_t> fates;
-  for (std::size_t i = 1; i < kRangeFateCount; ++i) {
+  for (std::size_t i = 1; i < kRangeOutcomeCount; ++i) {
     const auto has = [i](const PairRanges& pair) { return pair.count[i] > 0; };
     if (std::any_of(pairs.begin(), pairs.end(), has)) fates.push_back(i);
   }
   std::vector<std::string> head = {"pair", "ranges", "used"};
   for (const std::size_t i : fates) {
-    head.emplace_back(fate_words(static_cast<RangeFate>(i)));
+    head.emplace_back(outcome_words(static_cast<RangeOutcome>(i)));
   }
   for (const char* name : {"bias (1 sigma)", "spread of residuals used", "latency"}) {
     head.emplace_back(name);
@@ -125,7 +125,7 @@ std::string quoted_list(const std::vector<std::string>& names) {
   return out;
 }
 
-/// Rows that stand in no pair of the table.
+/// Rows that belong to no pair of the table.
 std::string strangers_note(const RunData& run) {
   const RangeTable& table = run.range_table;
   std::string html;
@@ -147,10 +147,10 @@ std::string strangers_note(const RunData& run) {
 /// "no range of v1-v2 has a residual: 389 no pose at that time"
 std::string without_residual(const PairRanges& pair) {
   std::string found;
-  for (std::size_t i = 0; i < kRangeFateCount; ++i) {
+  for (std::size_t i = 0; i < kRangeOutcomeCount; ++i) {
     if (pair.count[i] == 0) continue;
     found += fmt::format("{}{} {}", found.empty() ? "" : ", ", number(pair.count[i]),
-                         fate_words(static_cast<RangeFate>(i)));
+                         outcome_words(static_cast<RangeOutcome>(i)));
   }
   return fmt::format("<p class=\"note\">{} - {}: no range has a residual ({}).</p>\n",
                      escaped(pair.a), escaped(pair.b), found);

@@ -12,7 +12,7 @@ struct Section {
   std::string id, title, html;
 };
 
-/// Each says in one line when it has nothing to show.
+/// A section without content states that in one line.
 [[nodiscard]] Section verdict_section(const RunData& run);
 [[nodiscard]] Section map_section(const RunData& run);
 [[nodiscard]] Section view3d_section(const RunData& run);
@@ -24,14 +24,14 @@ struct Section {
 [[nodiscard]] Section speed_section(const RunData& run);
 [[nodiscard]] Section settings_section(const RunData& run);
 
-/// Runs side by side.
+/// Several runs compared.
 [[nodiscard]] std::vector<Section> comparison_sections(const std::vector<RunData>& runs);
 
-/// The way as [begin of run, end of run] of all vehicles, for plots that share their time axis.
+/// Last time of all trajectories and degeneracy rows [s], for plots that share their time axis.
 [[nodiscard]] double last_time_s(const RunData& run);
 
-/// Position at a time, between the poses beside it; nothing outside the way.
-[[nodiscard]] const WayPoint* pose_near(const std::vector<WayPoint>& way, double t_s);
+/// The pose nearest in time; null for an empty path.
+[[nodiscard]] const PathPoint* pose_near(const std::vector<PathPoint>& path, double t_s);
 
 /// "v1", "v1 and v2", "v1, v2 and v3"; escaped for HTML.
 [[nodiscard]] std::string names_text(const std::vector<std::string>& names);

@@ -15,7 +15,7 @@ struct TrackKey {
   std::string words, path;
 };
 
-/// Nothing has corrected the odometry: its numbers are those of the trajectory.
+/// Whether nothing has corrected the odometry: its numbers then equal those of the trajectory.
 bool same_as_odometry(const RunData& run, const std::string& path) {
   constexpr double kSame_m = 1e-5;
   const Number a = measured(run, path + ".trajectory.ape_m.rmse");
@@ -146,7 +146,7 @@ std::string cloud_html(const RunData& run) {
   return html;
 }
 
-/// How it was aligned, in the words of the evaluation.
+/// The alignment, in the words of the evaluation.
 std::string how(const RunData& run) {
   for (const Measured& m : run.evaluation) {
     if (m.key == "how") return "<p class=\"note\">" + escaped(m.text) + "</p>\n";

@@ -5,8 +5,8 @@
 
 #include "rali/base/counted.hpp"
 #include "rali/report/internal/html.hpp"
-#include "rali/report/section/blind_words.hpp"
 #include "rali/report/section/checks.hpp"
+#include "rali/report/section/degenerate_words.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
@@ -46,7 +46,8 @@ std::string error_sentence(const RunData& run) {
   if (const Number ape = truth_error(run)) {
     std::string text =
         fmt::format("Against ground truth the positions are off by {} (rmse)", metres(ape));
-    if (const Number most = largest_error(run)) text += fmt::format(", at most {}", metres(most));
+    if (const Number maximum = largest_error(run))
+      text += fmt::format(", at most {}", metres(maximum));
     if (worst == nullptr) return text + '.';
     return text + "; the expected error is at most " + expected_words(*worst) + '.';
   }
@@ -54,35 +55,36 @@ std::string error_sentence(const RunData& run) {
   return "The position error is expected to be at most " + expected_words(*worst) + '.';
 }
 
-/// Worse: more of the path constrained by nothing, then the larger expected error.
+/// Ordering: first by the unconstrained distance, then by the larger expected error.
 bool is_worse(const VehicleView* a, const VehicleView* b) {
   const auto nothing_m = [](const VehicleView* v) {
-    return v->blind_way.held[static_cast<std::size_t>(HeldBy::kNothing)].m;
+    return v->degenerate_path.held[static_cast<std::size_t>(HeldBy::kNothing)].m;
   };
   if (nothing_m(a) != nothing_m(b)) return nothing_m(a) > nothing_m(b);
-  const double off_a = a->blind_way.peak.off_m, off_b = b->blind_way.peak.off_m;
+  const double off_a = a->degenerate_path.peak.off_m, off_b = b->degenerate_path.peak.off_m;
   return off_a > off_b || (std::isfinite(off_a) && !std::isfinite(off_b));
 }
 
-/// Where the LiDAR was blind: the worst vehicle in words, the others as a number.
-std::string blind_sentence(const RunData& run) {
-  std::vector<const VehicleView*> blind;
+/// Where the LiDAR was degenerate: the worst vehicle in words, the others as a number.
+std::string degenerate_sentence(const RunData& run) {
+  std::vector<const VehicleView*> degenerate;
   std::vector<std::string> unknown;
   for (const VehicleView& v : run.vehicles) {
     if (!blindness_known(v)) unknown.push_back(v.name);
-    if (was_blind(v)) blind.push_back(&v);
+    if (was_degenerate(v)) degenerate.push_back(&v);
   }
   if (unknown.size() == run.vehicles.size())
     return "Whether the LiDAR was degenerate is not known.";
-  if (blind.empty() && unknown.empty()) {
+  if (degenerate.empty() && unknown.empty()) {
     return "The LiDAR constrained every direction on the whole path.";
   }
   std::string text;
-  if (!blind.empty()) {
-    text = blind_sentence_of(**std::min_element(blind.begin(), blind.end(), is_worse));
+  if (!degenerate.empty()) {
+    text =
+        degenerate_sentence_of(**std::min_element(degenerate.begin(), degenerate.end(), is_worse));
   }
-  if (blind.size() > 1) {
-    text += fmt::format("; {} of {} vehicles were degenerate at times", blind.size(),
+  if (degenerate.size() > 1) {
+    text += fmt::format("; {} of {} vehicles were degenerate at times", degenerate.size(),
                         run.vehicles.size());
   }
   if (!unknown.empty()) {
@@ -122,13 +124,13 @@ std::string checks_html(const RunData& run) {
   return "<div class=\"checks\">" + table.html(true) + "</div>";
 }
 
-constexpr std::string_view kBlindNote =
+constexpr std::string_view kDegenerateNote =
     "<p class=\"note\">Degenerate: along one direction the LiDAR does not constrain the position, "
     "as along a smooth tunnel. There ranges or inertia must, or the map may be too long or too "
     "short.</p>\n";
 
-bool any_blind(const RunData& run) {
-  return std::any_of(run.vehicles.begin(), run.vehicles.end(), was_blind);
+bool any_degenerate(const RunData& run) {
+  return std::any_of(run.vehicles.begin(), run.vehicles.end(), was_degenerate);
 }
 
 }  // namespace
@@ -137,8 +139,8 @@ Section verdict_section(const RunData& run) {
   std::string html = fmt::format(
       "<div class=\"verdict\"><p class=\"lead\">{} {} {}</p>\n<p class=\"doubt\"><b>Largest "
       "uncertainty:</b> {}</p>{}</div>\n",
-      what_sentence(run), error_sentence(run), blind_sentence(run), largest_uncertainty(run),
-      any_blind(run) ? kBlindNote : "");
+      what_sentence(run), error_sentence(run), degenerate_sentence(run), largest_uncertainty(run),
+      any_degenerate(run) ? kDegenerateNote : "");
   html += tiles(run) + checks_html(run);
   return {"verdict", "Verdict", std::move(html)};
 }

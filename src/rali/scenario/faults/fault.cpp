@@ -29,7 +29,7 @@ std::optional<FaultKind> kind_of(std::string_view name) {
   return static_cast<FaultKind>(found - kFaultNames.begin());
 }
 
-/// T0-T1, or T0 where the end does not count.
+/// T0-T1, or T0 alone for faults without an end.
 Result<std::pair<double, double>> parse_window(std::string_view text, std::string_view window,
                                                FaultKind kind) {
   const std::size_t dash = window.find('-', 1);

@@ -16,7 +16,7 @@ using ScanPtr = std::shared_ptr<const LidarScan>;
 
 Time stamp_of(const ImuSample& imu) { return imu.t; }
 
-Time stamp_of(const ScanPtr& scan) { return scan->t_begin; }
+Time stamp_of(const ScanPtr& scan) { return scan->t_start; }
 
 Time stamp_of(const RangeSample& range) { return range.t; }
 
@@ -26,7 +26,7 @@ ScanPtr with_nan(const LidarScan& scan, Rng& chance) {
   auto spoilt = std::make_shared<LidarScan>(scan);
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   for (std::size_t i = 0; i < spoilt->size(); ++i) {
-    if (chance.uniform() >= kFaultNanShare) continue;
+    if (chance.uniform() >= kFaultNanFraction) continue;
     spoilt->x_m[i] = spoilt->y_m[i] = spoilt->z_m[i] = kNan;
   }
   return spoilt;
@@ -41,7 +41,7 @@ ScanPtr without_times(const LidarScan& scan) {
 
 ScanPtr shifted(const LidarScan& scan, Duration by) {
   auto spoilt = std::make_shared<LidarScan>(scan);
-  spoilt->t_begin = spoilt->t_begin + by;
+  spoilt->t_start = spoilt->t_start + by;
   spoilt->t_end = spoilt->t_end + by;
   return spoilt;
 }
@@ -69,7 +69,7 @@ bool FaultFilter::spoil(std::size_t i, int vehicle, ImuSample& imu, Time t) {
   if (!active(fault, vehicle, t)) return true;
   switch (fault.kind) {
     case FaultKind::kDrop:
-      return chance_[i].uniform() >= kFaultDropShare;
+      return chance_[i].uniform() >= kFaultDropFraction;
     case FaultKind::kGap:
       return false;
     case FaultKind::kClockJump:
@@ -95,7 +95,7 @@ bool FaultFilter::spoil(std::size_t i, int vehicle, ScanPtr& scan, Time t) {
   if (!active(fault, vehicle, t)) return true;
   switch (fault.kind) {
     case FaultKind::kDrop:
-      return chance_[i].uniform() >= kFaultDropShare;
+      return chance_[i].uniform() >= kFaultDropFraction;
     case FaultKind::kGap:
       return false;
     case FaultKind::kClockJump:
@@ -114,7 +114,7 @@ bool FaultFilter::spoil(std::size_t i, int vehicle, ScanPtr& scan, Time t) {
 
 bool FaultFilter::spoil(std::size_t i, int vehicle, RangeSample& range, Time t) {
   const Fault& fault = faults_[i];
-  // The measuring vehicle stamps, but both ends make the range.
+  // The measuring vehicle gives the stamp, but both ends affect the range.
   if (fault.kind == FaultKind::kClockJump && active(fault, vehicle, t)) {
     range.t = range.t + Duration::from_s(kFaultClockJump_s);
   }
@@ -137,7 +137,7 @@ bool FaultFilter::spoil(std::size_t i, int vehicle, RadioSample& radio, Time t) 
 std::optional<sim::FleetMessage> FaultFilter::apply(sim::FleetMessage message) {
   const bool kept = std::visit(
       [&](auto& data) {
-        const Time t = stamp_of(data);  // the true one: windows do not move with the clock
+        const Time t = stamp_of(data);  // the true one: a clock jump must not shift the windows
         for (std::size_t i = 0; i < faults_.size(); ++i) {
           if (!spoil(i, message.vehicle, data, t)) return false;
         }

@@ -9,20 +9,20 @@
 
 namespace rali::scenario {
 
-/// Spoils what the sensors of a fleet send. What a fault does not concern passes as it is, so
-/// that a spoilt recording differs from the sound one only in the fault.
+/// Applies faults to the sensor messages of a fleet. Unaffected messages pass unchanged, so that a
+/// faulty recording differs from the intact one only in the fault.
 class FaultFilter {
  public:
-  /// @param start  of the recording: faults count from here
+  /// @param start  of the recording: fault times are relative to it
   FaultFilter(std::vector<Fault> faults, Time start, std::uint64_t seed);
 
-  /// The message as it is recorded, nothing if it got lost. In order of arrival.
+  /// The message as recorded, empty if lost. Call in order of arrival.
   [[nodiscard]] std::optional<sim::FleetMessage> apply(sim::FleetMessage message);
 
-  /// Whether the data link of two vehicles works at time t.
+  /// True if the data link between two vehicles works at time t.
   [[nodiscard]] bool link_open(int vehicle_a, int vehicle_b, Time t) const;
 
-  /// Where the file of a vehicle breaks off, if it does.
+  /// Time at which the file of a vehicle is truncated, if it is.
   [[nodiscard]] std::optional<Time> cut_at(int vehicle) const;
 
   [[nodiscard]] const std::vector<Fault>& faults() const { return faults_; }

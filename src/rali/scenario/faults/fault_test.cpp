@@ -23,7 +23,7 @@ FleetMessage imu_at(int vehicle, double t_s) {
 
 FleetMessage scan_at(int vehicle, double t_s) {
   auto scan = std::make_shared<sensor::LidarScan>();
-  scan->t_begin = at_s(t_s);
+  scan->t_start = at_s(t_s);
   scan->t_end = at_s(t_s + 0.1);
   scan->has_point_times = true;
   for (int i = 0; i < 900; ++i) {
@@ -130,7 +130,7 @@ TEST(FaultFilter, clock_jump_moves_all_stamps_of_the_vehicle) {
   FaultFilter jump = filter("clock_jump:v1@10-20");
   EXPECT_EQ(imu_of(jump.apply(imu_at(0, 15.0))).t, at_s(16.0));
   const auto scan = jump.apply(scan_at(0, 15.0));
-  EXPECT_EQ(scan_of(scan).t_begin, at_s(16.0));
+  EXPECT_EQ(scan_of(scan).t_start, at_s(16.0));
   EXPECT_EQ(scan_of(scan).t_end, at_s(16.1));
   const auto own = jump.apply(range_at(0, 1, 15.0));
   EXPECT_EQ(std::get<sensor::RangeSample>(own->data).t, at_s(16.0));
@@ -153,7 +153,7 @@ TEST(FaultFilter, time_field_makes_all_point_times_zero) {
   FaultFilter zero = filter("time_field:v1@0-10");
   const auto spoilt = zero.apply(scan_at(0, 1.0));
   for (const float dt : scan_of(spoilt).dt_s) EXPECT_EQ(dt, 0.0F);
-  EXPECT_EQ(scan_of(spoilt).t_begin, at_s(1.0));
+  EXPECT_EQ(scan_of(spoilt).t_start, at_s(1.0));
 }
 
 TEST(FaultFilter, imu_scale_and_saturation_by_hand) {

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file that may break off.
+/// A file that can be truncated.
 class CutSink final : public io::ByteSink {
  public:
   explicit CutSink(io::AtomicFile file) : file_(std::move(file)) {}
@@ -30,7 +30,7 @@ class CutSink final : public io::ByteSink {
     return file_.overwrite(offset, bytes);
   }
 
-  /// Lets so many more bytes through.
+  /// Limits further output to so many bytes.
   void cut_after(std::uint64_t bytes) { limit_ = std::min(limit_, written_ + bytes); }
 
   [[nodiscard]] bool full() const { return written_ >= limit_; }
@@ -43,7 +43,7 @@ class CutSink final : public io::ByteSink {
   std::uint64_t limit_ = std::numeric_limits<std::uint64_t>::max();
 };
 
-/// Shorter than any chunk with a sweep in it, so that the cut lies inside a record.
+/// Shorter than any chunk with a scan in it, so that the cut lies inside a record.
 constexpr std::uint64_t kStump_bytes = 1000;
 
 std::string ros2_name(const std::string& type) {
@@ -114,8 +114,8 @@ class BagContainer final : public Container {
   io::BagWriter bag_;
 };
 
-/// A folder cannot be written as `.NAME.tmp` in one go: SQLite writes the database itself. It is
-/// made as `.NAME.tmp/NAME` and moved when whole.
+/// SQLite writes the database itself, so a folder cannot be written atomically as `.NAME.tmp`. It
+/// is created as `.NAME.tmp/NAME` and moved when complete.
 class Rosbag2Container final : public Container {
  public:
   Rosbag2Container(std::unique_ptr<io::Db3Writer> writer, fs::path nest, fs::path folder)
@@ -131,7 +131,7 @@ class Rosbag2Container final : public Container {
     const fs::path folder(path);
     const fs::path nest = io::temporary_path_of(path);
     std::error_code error;
-    fs::remove_all(nest, error);  // of a run that was killed
+    fs::remove_all(nest, error);  // left by a killed run
     auto writer = io::Db3Writer::create((nest / folder.filename()).string());
     if (!writer) return tl::make_unexpected(writer.error());
     return std::make_unique<Rosbag2Container>(std::move(*writer), nest, folder);
@@ -151,7 +151,7 @@ class Rosbag2Container final : public Container {
     if (Status s = writer_->close(); !s) return s;
     std::error_code error;
     if (is_cut_) {
-      // The end of the database is lost: its last pages hold the newest messages.
+      // The end of the database is removed: its last pages hold the newest messages.
       const fs::path database = writer_->database_path();
       const std::uintmax_t size = fs::file_size(database, error);
       if (!error) fs::resize_file(database, size - size / 8, error);

@@ -14,22 +14,22 @@
 
 namespace rali::scenario {
 
-/// A recording file of any format, as VehicleRecorder sees it.
+/// A recording file of any format, as used by VehicleRecorder.
 class Container {
  public:
-  /// @param path  under which it appears at close(), see recording_name()
+  /// @param path  final name, given to the file by close(); see recording_name()
   [[nodiscard]] static Result<std::unique_ptr<Container>> create(const std::string& path,
                                                                  RecordingFormat format);
 
   virtual ~Container() = default;
 
-  /// `type` as ROS 1 names it: "sensor_msgs/Imu". Returns what write() takes.
+  /// `type` in ROS 1 notation: "sensor_msgs/Imu". Returns the topic argument of write().
   [[nodiscard]] virtual Result<std::size_t> add_topic(const std::string& topic,
                                                       const std::string& type) = 0;
   [[nodiscard]] virtual Status write(std::size_t topic, Time t,
                                      std::span<const std::byte> data) = 0;
 
-  /// From now on nothing more reaches the file but the beginning of its next record.
+  /// From now on only the beginning of the next record is written to the file.
   virtual void cut() = 0;
 
   [[nodiscard]] virtual Status close() = 0;

@@ -31,15 +31,15 @@ std::string antennas_text(const std::vector<sim::AntennaMount>& antennas) {
   return text;
 }
 
-/// With a tape and by eye.
+/// Accuracy of a position by tape measure and of a heading by eye.
 constexpr double kTapeSigma_m = 0.2;
 constexpr double kEyeSigma_deg = 3.0;
 
 double yaw_rad(const geometry::SE3& T) { return std::atan2(T.R(1, 0), T.R(0, 0)); }
 
-/// The level frame at a vehicle's first pose, heading along x.
+/// Gravity-aligned frame at a vehicle's first pose, with its heading along x.
 geometry::SE3 level_start(const sim::FleetSimulation& sim, int vehicle) {
-  geometry::SE3 T = sim.truth(vehicle, sim.t_begin()).state.T_world_body;
+  geometry::SE3 T = sim.truth(vehicle, sim.t_start()).state.T_world_body;
   T.R = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad(T));
   return T;
 }
@@ -66,7 +66,7 @@ constexpr const char* kHead =
     "schema: 1\n"
     "vehicles:\n";
 
-/// Calibration of one vehicle, and the topics of its sensors where they are not obvious.
+/// Calibration of one vehicle, and the topics of its sensors where they must be given.
 std::string sensors_text(const sim::FleetSimulation& sim, std::size_t v,
                          const RecordingOptions& options, const std::string& lidar_topic,
                          const std::string& imu_topic) {
@@ -80,7 +80,7 @@ std::string sensors_text(const sim::FleetSimulation& sim, std::size_t v,
   text +=
       fmt::format("    imu: {{{}T_body_imu: {}}}\n",
                   options.with_imu ? topic(imu_topic) : "topic: none, ", pose_text(c.T_body_imu));
-  if (sim.vehicles() == 1) return text;  // no ranges: antennas would be without effect
+  if (sim.vehicles() == 1) return text;  // no ranges: antennas would have no effect
   return text +
          fmt::format("    antennas: {{{}}}\n", antennas_text(sim.antennas(static_cast<int>(v))));
 }

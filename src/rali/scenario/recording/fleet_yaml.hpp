@@ -9,21 +9,21 @@
 
 namespace rali::scenario {
 
-/// fleet.yaml of a simulated recording: where the files are, and the calibration and the start
-/// poses as a user would have measured them, off by their errors. config::load_fleet() takes it.
+/// fleet.yaml of a simulated recording: the files, and the calibration and start poses with the
+/// errors of a user's measurement. config::load_fleet() reads it.
 [[nodiscard]] std::string fleet_yaml(const sim::FleetSimulation& sim,
                                      const std::vector<std::string>& names,
                                      const RecordingOptions& options);
 
-/// Networks of a simulated fleet that is mapped live, all vehicles on one machine.
+/// Network settings of a simulated fleet that is mapped live, all vehicles on one machine.
 struct LiveNetwork {
   int ros_domain = 0;
   int fleet_domain = 77;
-  std::string key_file = "fleet.key";  ///< beside fleet.yaml
+  std::string key_file = "fleet.key";  ///< in the folder of fleet.yaml
 };
 
-/// fleet.yaml of a fleet that `rali run` maps while the simulation sends: topics instead of files.
-/// Vehicle n has the address 127.0.0.n.
+/// fleet.yaml of a fleet that `rali run` maps while the simulation publishes: topics instead of
+/// files. Vehicle n has the address 127.0.0.n.
 [[nodiscard]] std::string live_fleet_yaml(const sim::FleetSimulation& sim,
                                           const std::vector<std::string>& names,
                                           const RecordingOptions& options,
@@ -32,7 +32,7 @@ struct LiveNetwork {
 /// A topic of one vehicle: "/v1/imu/data" for "v1" and "/imu/data".
 [[nodiscard]] std::string live_topic(const std::string& vehicle, std::string_view topic);
 
-/// Of each vehicle's ranges: a relative name, as in ROS, is in the vehicle's namespace.
+/// Range topic of each vehicle: a relative name, as in ROS, in the vehicle's namespace.
 inline constexpr std::string_view kLiveRangeTopic = "uwb";
 
 }  // namespace rali::scenario

@@ -17,7 +17,7 @@ bool is_vehicle(std::string_view name) {
                      [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
-/// The name without the dress of a file that is being written: ".NAME.tmp".
+/// NAME of a file that is being written as ".NAME.tmp"; other names unchanged.
 std::string_view undressed(std::string_view name) {
   if (name.size() > 5 && name.starts_with('.') && name.ends_with(".tmp")) {
     name.remove_prefix(1);
@@ -47,13 +47,13 @@ bool is_ours(const fs::path& folder, std::string_view relative_folder, std::stri
          (is_vehicle(stem) && end == ".tum");
 }
 
-/// A rosbag2 folder of ours: its database and metadata, nothing else.
+/// Removes a rosbag2 folder written by this program: its database and metadata, nothing else.
 void remove_rosbag2(const fs::path& folder, std::error_code& error) {
   const std::string name = folder.filename().string();
   fs::remove(folder / (name + "_0.db3"), error);
   if (!error) fs::remove(folder / "metadata.yaml", error);
   std::error_code ignored;
-  fs::remove(folder, ignored);  // stays if others put something there
+  fs::remove(folder, ignored);  // stays if it has other files
 }
 
 void remove_in(const fs::path& root, std::string_view relative, std::error_code& error) {
@@ -64,12 +64,12 @@ void remove_in(const fs::path& root, std::string_view relative, std::error_code&
   }
   if (error) return;
   std::sort(found.begin(), found.end());
-  // The mark goes last: what is left of a failed removal can be removed again.
+  // The mark is removed last: after a failed removal the rest can still be removed.
   std::stable_partition(found.begin(), found.end(),
                         [](const fs::path& p) { return p.filename() != "simulation.json"; });
   for (const fs::path& path : found) {
     if (fs::is_directory(path, error)) {
-      // What bears a temporary name is ours with all that is in it.
+      // A folder with a temporary name was written by this program, with all its contents.
       if (path.filename().string().front() == '.') {
         fs::remove_all(path, error);
       } else {

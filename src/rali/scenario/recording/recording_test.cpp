@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own that goes away.
+/// A temporary folder, removed at the end.
 class Folder {
  public:
   Folder() {
@@ -47,7 +47,7 @@ std::string bytes_of(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Every file below a folder.
+/// Contents of every file below a folder.
 std::map<std::string, std::string> contents(const std::string& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -91,7 +91,7 @@ RecordingSummary written(const RecordingOptions& options, int vehicles = 2,
   return summary.value_or(RecordingSummary{});
 }
 
-/// Messages of a recording by topic; `damaged`: whether the reader found it so.
+/// Messages of a recording by topic; `damaged`: whether the reader reported damage.
 std::map<std::string, int> messages_in(const std::string& path, bool* damaged = nullptr) {
   std::map<std::string, int> counts;
   auto source = io::open_recording(path);
@@ -140,9 +140,9 @@ TEST(Recording, all_formats_hold_the_messages_that_were_counted) {
       bool damaged = true;
       const auto counts = messages_in(folder / v.file, &damaged);
       EXPECT_FALSE(damaged) << v.file;
-      EXPECT_EQ(counts.at("/rslidar_points"), static_cast<int>(v.sweeps)) << v.file;
+      EXPECT_EQ(counts.at("/rslidar_points"), static_cast<int>(v.scans)) << v.file;
       EXPECT_EQ(counts.at("/imu/data"), static_cast<int>(v.imu_samples)) << v.file;
-      EXPECT_GE(v.sweeps, 4U);
+      EXPECT_GE(v.scans, 4U);
       EXPECT_GE(v.imu_samples, 90U);
     }
   }
@@ -159,8 +159,8 @@ TEST(Recording, fleet_yaml_tells_the_start_poses_as_well_as_a_tape_does_unless_t
   const config::PriorConfig& prior = loaded->priors[0];
   EXPECT_EQ(prior.vehicle, "v2");
   EXPECT_EQ(prior.relative_to, "v1");
-  const geometry::SE3 T_v1 = sim->truth(0, sim->t_begin()).state.T_world_body;
-  const geometry::SE3 T_v2 = sim->truth(1, sim->t_begin()).state.T_world_body;
+  const geometry::SE3 T_v1 = sim->truth(0, sim->t_start()).state.T_world_body;
+  const geometry::SE3 T_v2 = sim->truth(1, sim->t_start()).state.T_world_body;
   const double off_m = (prior.p_m - (T_v1.inverse() * T_v2).p).norm();
   EXPECT_GT(off_m, 0.001);
   EXPECT_LT(off_m, 5.0 * prior.sigma_m);
@@ -200,7 +200,7 @@ TEST(Recording, ranges_and_truth_tell_of_the_same_exchanges) {
   const std::string truth = bytes_of(folder / "truth/ranges.csv");
   EXPECT_EQ(static_cast<std::uint64_t>(std::count(truth.begin(), truth.end(), '\n')),
             summary.ranges + 1);
-  // The distance of the first row of truth is what the first range measures.
+  // The distance in the first row of truth equals the first range.
   const std::size_t row = truth.find('\n') + 1;
   const std::string cells = truth.substr(row, truth.find('\n', row) - row);
   const std::size_t value = cells.find("v2,");
@@ -220,7 +220,7 @@ TEST(Recording, truth_has_100_poses_a_second_and_the_mesh) {
   const auto tum = io::read_tum(folder / "truth/v2.tum");
   ASSERT_TRUE(tum.has_value());
   ASSERT_EQ(tum->poses.size(), 61U);
-  EXPECT_EQ(tum->poses[50].t, sim->t_begin() + Duration::from_s(0.5));
+  EXPECT_EQ(tum->poses[50].t, sim->t_start() + Duration::from_s(0.5));
   const auto pose = sim->truth(1, tum->poses[50].t).state.T_world_body;
   EXPECT_LT((tum->poses[50].T.p - pose.p).norm(), 2e-6);
   const auto mesh = io::read_mesh_file(folder / "truth/mesh.ply");
@@ -229,7 +229,7 @@ TEST(Recording, truth_has_100_poses_a_second_and_the_mesh) {
 }
 
 TEST(Recording, same_seed_same_bytes_whatever_the_order_of_blocks) {
-  /// Blocks from the last to the first, as threads might.
+  /// Runs blocks from the last to the first, as threads might.
   class Backwards final : public Executor {
    public:
     void for_blocks(std::size_t n, std::size_t block,
@@ -260,9 +260,9 @@ TEST(Recording, faults_change_only_the_recordings) {
   o.faults = *parse_faults({"gap:v1@0.2-0.4", "uwb_off:all@0-1"}, 2);
   const auto spoilt = written(o);
   auto after = contents(folder.text());
-  EXPECT_LT(spoilt.vehicles[0].sweeps, sound.vehicles[0].sweeps);
-  EXPECT_EQ(spoilt.vehicles[0].sweeps + spoilt.vehicles[0].imu_samples + spoilt.vehicles[0].lost,
-            sound.vehicles[0].sweeps + sound.vehicles[0].imu_samples);
+  EXPECT_LT(spoilt.vehicles[0].scans, sound.vehicles[0].scans);
+  EXPECT_EQ(spoilt.vehicles[0].scans + spoilt.vehicles[0].imu_samples + spoilt.vehicles[0].lost,
+            sound.vehicles[0].scans + sound.vehicles[0].imu_samples);
   EXPECT_EQ(spoilt.ranges, 0U);
   EXPECT_EQ(before["v2.mcap"], after["v2.mcap"]);
   EXPECT_NE(before["v1.mcap"], after["v1.mcap"]);
@@ -317,7 +317,7 @@ TEST(Recording, interrupted_it_is_whole_up_to_there) {
   const Folder folder;
   const auto sim = fleet(2, 1.0);
   const auto summary =
-      write_recording(*sim, into(folder), [](double share) { return share < 0.5; });
+      write_recording(*sim, into(folder), [](double fraction) { return fraction < 0.5; });
   ASSERT_TRUE(summary.has_value());
   EXPECT_TRUE(summary->interrupted);
   EXPECT_NEAR(summary->duration_s, 0.5, 0.12);

@@ -24,13 +24,13 @@ Result<TruthFiles> TruthFiles::create(const std::string& folder,
 }
 
 Status TruthFiles::open(const sim::FleetSimulation& sim) {
-  next_pose_ = next_bias_ = sim.t_begin();
+  next_pose_ = next_bias_ = sim.t_start();
   for (const std::string& name : names_) {
     auto tum = io::TumWriter::create(fmt::format("{}/{}.tum", folder_, name),
                                      {"truth of the simulation: T_world_body, 100 Hz"});
     if (!tum) return tl::make_unexpected(tum.error());
     poses_.push_back(std::move(*tum));
-    way_m_.push_back(0.0);
+    path_m_.push_back(0.0);
     last_.push_back(sim.truth(static_cast<int>(last_.size()), next_pose_).state.T_world_body.p);
   }
   auto biases =
@@ -56,7 +56,7 @@ Status TruthFiles::add_bias(Time t, const std::string& of, const char* quantity,
 }
 
 Status TruthFiles::add_pair_biases(const sim::FleetSimulation& sim) {
-  const Time t = sim.t_begin();
+  const Time t = sim.t_start();
   for (int a = 0; a < sim.vehicles(); ++a) {
     for (int b = a + 1; b < sim.vehicles(); ++b) {
       const auto count_a = static_cast<int>(sim.antennas(a).size());
@@ -94,7 +94,7 @@ Status TruthFiles::reach(Time t, const sim::FleetSimulation& sim) {
     for (std::size_t v = 0; v < names_.size(); ++v) {
       const sim::Truth truth = sim.truth(static_cast<int>(v), next_pose_);
       const geometry::Vec3& p = truth.state.T_world_body.p;
-      way_m_[v] += (p - last_[v]).norm();
+      path_m_[v] += (p - last_[v]).norm();
       last_[v] = p;
       if (Status s = poses_[v].add({next_pose_, truth.state.T_world_body}); !s) return s;
     }

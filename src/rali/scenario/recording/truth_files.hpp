@@ -10,26 +10,26 @@
 
 namespace rali::scenario {
 
-/// The folder truth/ of a fleet recording, written as the simulation goes on: `<v>.tum`
-/// (T_world_body at 100 Hz), `ranges.csv` (each exchange that ranges.csv could have), `biases.csv`
-/// (of the inertial sensors once a second, of the pairs of antennas once), `mesh.ply`.
+/// Writes the folder truth/ of a fleet recording during the simulation: `<v>.tum` (T_world_body at
+/// 100 Hz), `ranges.csv` (ground truth of the exchanges in ranges.csv), `biases.csv` (of the
+/// inertial sensors once a second, of the pairs of antennas once), `mesh.ply`.
 class TruthFiles {
  public:
-  /// @param folder  exists
+  /// @param folder  must exist
   /// @param names   of the vehicles
   [[nodiscard]] static Result<TruthFiles> create(const std::string& folder,
                                                  const std::vector<std::string>& names,
                                                  const sim::FleetSimulation& sim);
 
-  /// Poses and biases up to time t.
+  /// Writes poses and biases up to time t.
   [[nodiscard]] Status reach(Time t, const sim::FleetSimulation& sim);
 
   [[nodiscard]] Status add(const sensor::RangeSample& range, const sim::RangeTruth& truth);
 
-  /// What vehicle `v` has driven until the last pose [m].
-  [[nodiscard]] double way_m(std::size_t v) const { return way_m_[v]; }
+  /// Distance driven by vehicle `v` until the last pose [m].
+  [[nodiscard]] double path_m(std::size_t v) const { return path_m_[v]; }
 
-  /// Poses up to `until`, then all files appear.
+  /// Writes poses up to `until`; then all files get their final names.
   [[nodiscard]] Status finish(Time until, const sim::FleetSimulation& sim);
 
  private:
@@ -45,7 +45,7 @@ class TruthFiles {
   std::vector<std::string> names_;
   std::vector<io::TumWriter> poses_;
   std::vector<io::CsvWriter> tables_;  ///< biases, then ranges of a fleet of two or more
-  std::vector<double> way_m_;
+  std::vector<double> path_m_;
   std::vector<geometry::Vec3> last_;
   Time next_pose_, next_bias_;
 };

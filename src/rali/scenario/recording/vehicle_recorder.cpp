@@ -64,11 +64,11 @@ class ContainerRecorder final : public VehicleRecorder {
   Status add(const sensor::LidarScan& scan, Time t_record) override {
     cut_before(t_record);
     if (scan.has_point_times) return write_cloud(pack(scan), t_record);
-    // Drivers that fail to fill the field leave it zero, absolute times too.
+    // Drivers that do not fill the field leave it zero, also for absolute times.
     sensor::LidarScan timeless = scan;
-    timeless.t_begin = timeless.t_end = Time{};
+    timeless.t_start = timeless.t_end = Time{};
     wire::PackedCloud cloud = pack(timeless);
-    cloud.view.stamp = scan.t_begin;
+    cloud.view.stamp = scan.t_start;
     return write_cloud(cloud, t_record);
   }
 

@@ -18,7 +18,7 @@ namespace rali::scenario {
 enum class RecordingFormat { kMcap, kBag, kRosbag2 };
 inline constexpr ChoiceNames<3> kRecordingFormatNames{"mcap", "bag", "rosbag2"};
 
-/// How the driver of a LiDAR sends its sweeps.
+/// Message conventions of a LiDAR's driver.
 struct LidarDriver {
   std::string_view topic;
   std::string_view frame;
@@ -26,25 +26,25 @@ struct LidarDriver {
   wire::CloudStyle style = wire::CloudStyle::kXyzi;
 };
 
-/// The driver that a user of this LiDAR most probably has.
+/// The driver most likely used with this LiDAR.
 [[nodiscard]] LidarDriver driver_of(sim::Lidar lidar);
 
 inline constexpr std::string_view kImuTopic = "/imu/data";
 
-/// What a recording is called: `v1.mcap`, `v1.bag`, or the folder `v1`.
+/// Name of a recording: `v1.mcap`, `v1.bag`, or the folder `v1`.
 [[nodiscard]] std::string recording_name(const std::string& vehicle, RecordingFormat format);
 
 /// Writes the recording of one vehicle: an MCAP of profile ros2, a ROS 1 bag, or a rosbag2 folder,
-/// with the LiDAR's and the IMU's topic. It appears under its name at close(). Memory does not
-/// grow with it.
+/// with the LiDAR's and the IMU's topic. close() gives it its final name. Memory does not grow with
+/// its length.
 class VehicleRecorder {
  public:
   struct Options {
-    std::string folder;   ///< exists
+    std::string folder;   ///< must exist
     std::string vehicle;  ///< "v1"
     RecordingFormat format = RecordingFormat::kMcap;
     sim::Lidar lidar = sim::Lidar::kRs16;
-    /// The file breaks off here, in the middle of a record, as if the disk had been pulled.
+    /// The file is truncated here, in the middle of a record, as if the disk had been removed.
     std::optional<Time> cut_at;
   };
 
@@ -53,10 +53,10 @@ class VehicleRecorder {
 
   virtual ~VehicleRecorder() = default;
 
-  /// @param t_record  when the recorder gets it; the stamp is the message's own
+  /// @param t_record  time of receipt at the recorder; the stamp is the message's own
   [[nodiscard]] virtual Status add(const sensor::ImuSample& sample, Time t_record) = 0;
 
-  /// A sweep without point times has a time field of zeros.
+  /// A scan without point times gets a time field of zeros.
   [[nodiscard]] virtual Status add(const sensor::LidarScan& scan, Time t_record) = 0;
 
   [[nodiscard]] virtual Status close() = 0;

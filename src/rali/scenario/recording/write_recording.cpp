@@ -24,7 +24,7 @@ namespace {
 
 using ScanPtr = std::shared_ptr<const sensor::LidarScan>;
 
-/// When a recorder gets a message: when the sensor had sent it, by a clock that works.
+/// Time at which a recorder gets a message: when the sensor has sent it, by a correct clock.
 Time arrival_of(const sim::FleetMessage& message) {
   if (const auto* scan = std::get_if<ScanPtr>(&message.data)) return (*scan)->t_end;
   if (const auto* imu = std::get_if<ImuSample>(&message.data)) return imu->t;
@@ -32,18 +32,18 @@ Time arrival_of(const sim::FleetMessage& message) {
   return std::get<RadioSample>(message.data).t;
 }
 
-/// All files of one recording that grow with the data.
+/// All files of one recording whose size grows with the data.
 class FleetRecorder {
  public:
   FleetRecorder(sim::FleetSimulation& sim, const RecordingOptions& options)
       : sim_(sim),
         options_(options),
         names_(vehicle_names(sim.vehicles())),
-        filter_(options.faults, sim.t_begin(), options.seed) {}
+        filter_(options.faults, sim.t_start(), options.seed) {}
 
   Status open();
   Status add(sim::FleetMessage message);
-  /// Ends all files at time `until`.
+  /// Completes all files at time `until`.
   Status finish(Time until);
 
   RecordingSummary summary;
@@ -105,7 +105,7 @@ Status FleetRecorder::open() {
   summary.title = options_.title;
   summary.seed = options_.seed;
   summary.faults = options_.faults;
-  summary.duration_s = seconds_between(sim_.t_begin(), sim_.t_end());
+  summary.duration_s = seconds_between(sim_.t_start(), sim_.t_end());
   if (Status s = open_vehicles(); !s) return s;
   if (Status s = open_tables(); !s) return s;
   auto truth = TruthFiles::create(options_.folder + "/truth", names_, sim_);
@@ -120,7 +120,7 @@ Status FleetRecorder::write(const ImuSample& imu, std::size_t v, Time t_record) 
 }
 
 Status FleetRecorder::write(const ScanPtr& scan, std::size_t v, Time t_record) {
-  ++summary.vehicles[v].sweeps;
+  ++summary.vehicles[v].scans;
   summary.vehicles[v].points += scan->size();
   return recorders_[v]->add(*scan, t_record);
 }
@@ -161,7 +161,7 @@ Status FleetRecorder::add(sim::FleetMessage message) {
 }
 
 Status FleetRecorder::finish(Time until) {
-  summary.duration_s = seconds_between(sim_.t_begin(), until);
+  summary.duration_s = seconds_between(sim_.t_start(), until);
   for (const auto& recorder : recorders_) {
     if (Status s = recorder->close(); !s) return s;
   }
@@ -170,7 +170,7 @@ Status FleetRecorder::finish(Time until) {
     if (Status s = radio_->finish(); !s) return s;
   }
   if (Status s = truth_->finish(until, sim_); !s) return s;
-  for (std::size_t v = 0; v < names_.size(); ++v) summary.vehicles[v].way_m = truth_->way_m(v);
+  for (std::size_t v = 0; v < names_.size(); ++v) summary.vehicles[v].path_m = truth_->path_m(v);
   const std::string yaml = fleet_yaml(sim_, names_, options_);
   if (Status s = io::write_file_atomic(options_.folder + "/fleet.yaml", yaml); !s) return s;
   if (options_.scene_yaml.empty()) return {};
@@ -179,14 +179,14 @@ Status FleetRecorder::finish(Time until) {
 
 Status record_all(sim::FleetSimulation& sim, FleetRecorder& recorder,
                   const RecordingProgress& progress) {
-  const double span_s = seconds_between(sim.t_begin(), sim.t_end());
-  Time told = sim.t_begin();
+  const double span_s = seconds_between(sim.t_start(), sim.t_end());
+  Time reported = sim.t_start();
   while (std::optional<sim::FleetMessage> message = sim.next()) {
     const Time t = arrival_of(*message);
     if (Status s = recorder.add(std::move(*message)); !s) return s;
-    if (seconds_between(told, t) < 0.1) continue;
-    told = t;
-    if (progress(std::min(1.0, seconds_between(sim.t_begin(), t) / span_s))) continue;
+    if (seconds_between(reported, t) < 0.1) continue;
+    reported = t;
+    if (progress(std::min(1.0, seconds_between(sim.t_start(), t) / span_s))) continue;
     recorder.summary.interrupted = true;
     return recorder.finish(t);
   }
@@ -202,7 +202,7 @@ Status record_driven(sim::FleetSimulation& sim, FleetRecorder& recorder,
   return recorder.finish(sim.t_end());
 }
 
-/// For a JSON string: control characters are gone, quotes and backslashes escaped.
+/// Text for a JSON string: control characters removed, quotes and backslashes escaped.
 std::string json_text(std::string_view text) {
   std::string out;
   for (const char c : text) {
@@ -213,7 +213,7 @@ std::string json_text(std::string_view text) {
   return out;
 }
 
-/// Marks the folder as ours before anything is in it, and as whole at the end.
+/// Marks the folder as written by this program before it has contents, and as complete at the end.
 Status write_mark(const std::string& folder, const std::string& json) {
   return io::write_file_atomic(folder + "/simulation.json", json);
 }
@@ -226,8 +226,8 @@ std::string summary_json(const RecordingSummary& s) {
     vehicles += fmt::format(
         "{}    \"{}\": {{\"file\": \"{}\", \"scans\": {}, \"points\": {}, \"imu_samples\": {}, "
         "\"lost\": {}, \"distance_m\": {:.3f}, \"cut\": {}}}",
-        vehicles.empty() ? "" : ",\n", v.name, v.file, v.sweeps, v.points, v.imu_samples, v.lost,
-        v.way_m, v.cut);
+        vehicles.empty() ? "" : ",\n", v.name, v.file, v.scans, v.points, v.imu_samples, v.lost,
+        v.path_m, v.cut);
   }
   std::string faults;
   for (const Fault& fault : s.faults) {

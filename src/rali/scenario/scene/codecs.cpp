@@ -19,7 +19,7 @@ constexpr double kFarthest_m = 1e5;
 constexpr std::string_view kPointType =
     "a point [x, y] or [x, y, z] in metres, at most 100 km away";
 
-/// The numbers of a point; empty if it is none.
+/// The numbers of a point; empty if it is not a point.
 std::vector<double> numbers_of(const Node& node) {
   std::vector<double> values;
   if (node.kind != Node::Kind::kSequence || node.children.size() > 3) return {};
@@ -47,13 +47,13 @@ std::string encode_point(const Vec3& p) {
 
 }  // namespace
 
-std::string encode_way(const std::vector<Vec3>& points) {
+std::string encode_path(const std::vector<Vec3>& points) {
   std::string text = "[";
   for (const Vec3& p : points) text += (text.size() > 1 ? ", " : "") + encode_point(p);
   return text + "]";
 }
 
-Status decode_way(const Node& node, const std::string& key, std::vector<Vec3>& points) {
+Status decode_path(const Node& node, const std::string& key, std::vector<Vec3>& points) {
   points.clear();
   if (node.kind != Node::Kind::kSequence) {
     return config::not_allowed(node, key, "a list of points [x, y] or [x, y, z]");
@@ -71,13 +71,13 @@ Status decode_way(const Node& node, const std::string& key, std::vector<Vec3>& p
   return {};
 }
 
-CustomTarget way(std::vector<Vec3>& points) {
+CustomTarget path(std::vector<Vec3>& points) {
   CustomTarget target;
   target.type = "a list of points [x, y] or [x, y, z]";
   target.decode = [&points](const Node& node, const std::string& key) {
-    return decode_way(node, key, points);
+    return decode_path(node, key, points);
   };
-  target.encode = [&points] { return encode_way(points); };
+  target.encode = [&points] { return encode_path(points); };
   return target;
 }
 
@@ -112,7 +112,7 @@ CustomTarget ring(sim::Polygon& polygon) {
                   fmt::format("{} has {} corners; it needs 3, and the first again", key,
                               node.children.size()));
     }
-    if (auto status = decode_way(node, key, points); !status) return status;
+    if (auto status = decode_path(node, key, points); !status) return status;
     const Vec2 first = points.front().head<2>();
     const Vec2 last = points.back().head<2>();
     if ((last - first).norm() > 1e-6) {
@@ -134,7 +134,7 @@ CustomTarget ring(sim::Polygon& polygon) {
       points.emplace_back(p.x(), p.y(), std::numeric_limits<double>::quiet_NaN());
     }
     if (!points.empty()) points.push_back(points.front());
-    return encode_way(points);
+    return encode_path(points);
   };
   return target;
 }

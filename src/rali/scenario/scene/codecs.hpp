@@ -11,34 +11,34 @@
 
 namespace rali::scenario {
 
-/// Corners [[x, y], ...] that end with the first one; kept without it.
+/// Corners [[x, y], ...] whose last one repeats the first; stored without the repetition.
 /// Errors: not a list of pairs; open; polygon_fault().
 [[nodiscard]] config::CustomTarget ring(sim::Polygon& polygon);
 
-/// A way [[x, y], ...] or [[x, y, z], ...], none or at least two points; z is NaN where it was
-/// not given.
-[[nodiscard]] config::CustomTarget way(std::vector<geometry::Vec3>& points);
+/// A path [[x, y], ...] or [[x, y, z], ...], empty or at least two points; z is NaN where not
+/// given.
+[[nodiscard]] config::CustomTarget path(std::vector<geometry::Vec3>& points);
 
 /// [x, y] or [x, y, z]; NaN where not given.
 [[nodiscard]] config::CustomTarget place(geometry::Vec3& point);
 
-/// The same field, which also notes where its value stands.
+/// The same field; also stores the file:line of its value.
 [[nodiscard]] config::CustomTarget noting(config::CustomTarget target, std::string& where);
 
 /// {name: number, ...}, each 0 to 1.
 [[nodiscard]] config::CustomTarget reflectivities(std::map<std::string, double>& values);
 
 /// The points as YAML.
-[[nodiscard]] std::string encode_way(const std::vector<geometry::Vec3>& points);
+[[nodiscard]] std::string encode_path(const std::vector<geometry::Vec3>& points);
 
-/// Reads [[x, y], ...] or [[x, y, z], ...]; see way().
-[[nodiscard]] Status decode_way(const config::Node& node, const std::string& key,
-                                std::vector<geometry::Vec3>& points);
+/// Reads [[x, y], ...] or [[x, y, z], ...]; see path().
+[[nodiscard]] Status decode_path(const config::Node& node, const std::string& key,
+                                 std::vector<geometry::Vec3>& points);
 
-/// "{key: value, ...}" of fields, without those that are empty.
+/// "{key: value, ...}" of fields, without empty ones.
 [[nodiscard]] std::string encode_fields(const config::FieldList& fields, std::size_t prefix);
 
-/// A list of groups of keys, each a struct with visit(); its member `where`, if any, is set.
+/// A list of groups of keys, each a struct with visit(); sets its member `where`, if any.
 template <class T>
 [[nodiscard]] config::CustomTarget list_of(std::vector<T>& items) {
   config::CustomTarget target;

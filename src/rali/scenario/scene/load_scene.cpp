@@ -32,7 +32,7 @@ Status check_schema(const Node& root) {
                           config::describe_value(*schema), kSchema));
 }
 
-/// Which of the keys of places is there: exactly one.
+/// The kind of world: exactly one of its keys must be present.
 Result<PlaceKind> place_kind(const Node& root, const std::string& name) {
   const Node* first = nullptr;
   PlaceKind kind = PlaceKind::kScene;
@@ -48,7 +48,7 @@ Result<PlaceKind> place_kind(const Node& root, const std::string& name) {
     kind = static_cast<PlaceKind>(i);
   }
   if (first != nullptr) return kind;
-  // A misspelt place is the likeliest cause.
+  // A misspelt key is the most likely cause.
   const std::vector<std::string> places(kPlaceNames.begin(), kPlaceNames.end());
   for (const Node& child : root.children) {
     const std::string near = config::nearest_name(child.key, places);
@@ -61,21 +61,21 @@ Result<PlaceKind> place_kind(const Node& root, const std::string& name) {
               "Give one of scene, floor_plan, tunnel, mine, ramp, mesh.");
 }
 
-/// The map without the keys that are read beforehand.
+/// The map without one key, which is read separately.
 Node without(const Node& root, std::string_view key) {
   Node rest = root;
   std::erase_if(rest.children, [&](const Node& child) { return child.key == key; });
   return rest;
 }
 
-/// The map with one of its keys only.
+/// The map with only one of its keys.
 Node only(const Node& root, std::string_view key) {
   Node rest = root;
   std::erase_if(rest.children, [&](const Node& child) { return child.key != key; });
   return rest;
 }
 
-/// `vehicles` before `rounds`, since rounds name vehicles.
+/// Moves `vehicles` before `rounds`, since rounds refer to vehicles.
 void vehicles_first(Node& root) {
   std::stable_partition(root.children.begin(), root.children.end(),
                         [](const Node& child) { return child.key == "vehicles"; });
@@ -101,7 +101,8 @@ Result<SceneSetup> scene_from(const Node& file, const std::string& name,
   const config::FieldList fields = scene_fields(setup, folder);
   config::Origins origins;
   if (setup.place == PlaceKind::kScene && rest.find("vehicles") == nullptr) {
-    // Its number of vehicles must be known before rounds are read, which name them.
+    // Rounds refer to vehicles, so the scene's number of vehicles must be known before they are
+    // read.
     const Node place = only(rest, "scene");
     if (auto status = config::apply_map(place, "", "", fields, origins); !status) {
       return tl::make_unexpected(status.error());

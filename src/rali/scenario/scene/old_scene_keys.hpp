@@ -7,9 +7,9 @@
 
 namespace rali::scenario {
 
-/// Renames the keys of scene.yaml that were called otherwise in version 0.1, also those of one
-/// assignment of the command line. Each gets one sentence in `notices`, with file and line and the
-/// new name. Where the new name stands there as well, it wins.
+/// Renames keys of scene.yaml that had another name in version 0.1, also in one assignment of the
+/// command line. Each gets one sentence in `notices`, with file, line and new name. If the new name
+/// is present as well, it has priority.
 [[nodiscard]] config::Node with_current_scene_keys(config::Node root,
                                                    std::vector<std::string>& notices);
 

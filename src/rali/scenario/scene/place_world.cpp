@@ -17,11 +17,11 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double kExtentMost_m = 20'000.0;
-constexpr std::size_t kTrianglesMost = 20'000'000;
+constexpr double kExtentMax_m = 20'000.0;
+constexpr std::size_t kTrianglesMax = 20'000'000;
 constexpr std::array<double, kUnitNames.size()> kUnit_m{1.0, 0.01, 0.001, 0.0254, 0.3048};
 
-/// Turns the file's axes to z up, keeping handedness.
+/// Rotates the file's axes to z up, keeping handedness.
 geometry::Vec3f upright(const geometry::Vec3f& p, UpAxis up) {
   if (up == UpAxis::kY) return {p.x(), -p.z(), p.y()};
   if (up == UpAxis::kX) return {-p.z(), p.y(), p.x()};
@@ -74,27 +74,27 @@ Result<sim::World> any_world(const SceneSetup& setup) {
 }
 
 Status check_size(const sim::World& world, const SceneSetup& setup) {
-  if (world.mesh.triangles.size() > kTrianglesMost) {
+  if (world.mesh.triangles.size() > kTrianglesMax) {
     return fail(ErrorCode::kUsage, setup.name,
                 fmt::format("the world has {} triangles; at most {} are possible",
-                            world.mesh.triangles.size(), kTrianglesMost),
+                            world.mesh.triangles.size(), kTrianglesMax),
                 "Cut the mesh to the part that is driven, or thin it out.");
   }
   const Vec3 low = world.mesh.lower_corner();
   const Vec3 high = world.mesh.upper_corner();
-  const double most = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
-  if (most <= kExtentMost_m) return {};
+  const double maximum = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
+  if (maximum <= kExtentMax_m) return {};
   return fail(ErrorCode::kUsage, setup.name,
               fmt::format("the world reaches {:.6g} m from the origin; at most {} m are possible",
-                          most, kExtentMost_m),
+                          maximum, kExtentMax_m),
               setup.place == PlaceKind::kMesh ? "Check mesh.units and mesh.scale." : "");
 }
 
-bool off_ways(const Vec2& at, double away_m, const std::vector<std::vector<Vec3>>& ways) {
-  for (const auto& way : ways) {
-    for (std::size_t i = 0; i + 1 < way.size(); ++i) {
-      const Vec2 a = way[i].head<2>();
-      const Vec2 ab = way[i + 1].head<2>() - a;
+bool off_paths(const Vec2& at, double away_m, const std::vector<std::vector<Vec3>>& paths) {
+  for (const auto& path : paths) {
+    for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+      const Vec2 a = path[i].head<2>();
+      const Vec2 ab = path[i + 1].head<2>() - a;
       const double squared = ab.squaredNorm();
       const double u = squared > 0.0 ? std::clamp((at - a).dot(ab) / squared, 0.0, 1.0) : 0.0;
       if ((at - a - u * ab).norm() < away_m) return false;
@@ -109,7 +109,7 @@ Result<sim::World> place_world(const SceneSetup& setup) {
   auto world = any_world(setup);
   if (!world) {
     Error error = world.error();
-    // What the place itself refuses is told by its own name only.
+    // Errors of the world's own kind contain only its name, so the file is added.
     if (error.code == ErrorCode::kUsage && error.where.find(':') == std::string::npos) {
       error.where = setup.name + ": " + error.where;
     }
@@ -119,7 +119,7 @@ Result<sim::World> place_world(const SceneSetup& setup) {
   return world;
 }
 
-void add_clutter(const PlanSource& source, const std::vector<std::vector<Vec3>>& ways,
+void add_clutter(const PlanSource& source, const std::vector<std::vector<Vec3>>& paths,
                  std::uint64_t seed, sim::TriangleMesh& mesh) {
   const auto plan = floor_plan_of(source);
   if (!plan || source.clutter == 0) return;
@@ -139,7 +139,7 @@ void add_clutter(const PlanSource& source, const std::vector<std::vector<Vec3>>&
     };
     if (sim::area_at(plan->areas, at) == nullptr) continue;
     if (std::any_of(source.doors.begin(), source.doors.end(), near_door)) continue;
-    if (!off_ways(at, half + kPassage_m, ways)) continue;
+    if (!off_paths(at, half + kPassage_m, paths)) continue;
     mesh.add_box({at.x(), at.y(), 0.0}, size, yaw, refl);
     ++placed;
   }

@@ -4,12 +4,12 @@
 
 namespace rali::scenario {
 
-/// The bare place: mesh, and the way of a single vehicle where the kind of place has one. Errors
-/// as world_of().
+/// The world without vehicles: mesh, and the path of a single vehicle where the kind of world
+/// defines one. Errors as world_of().
 [[nodiscard]] Result<sim::World> place_world(const SceneSetup& setup);
 
-/// Puts plan.clutter boxes into the free space of a floor plan, off `ways` and doors.
-void add_clutter(const PlanSource& plan, const std::vector<std::vector<geometry::Vec3>>& ways,
+/// Adds plan.clutter boxes to the free space of a floor plan, away from `paths` and doors.
+void add_clutter(const PlanSource& plan, const std::vector<std::vector<geometry::Vec3>>& paths,
                  std::uint64_t seed, sim::TriangleMesh& mesh);
 
 }  // namespace rali::scenario

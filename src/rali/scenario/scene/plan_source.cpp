@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-/// Share of 905 nm light that comes back, roughly.
+/// Approximate fraction of 905 nm light that is reflected.
 constexpr std::array<std::pair<std::string_view, double>, 11> kMaterials = {{
     {"concrete", 0.6},
     {"plaster", 0.7},
@@ -32,7 +32,7 @@ constexpr std::array<std::pair<std::string_view, double>, 11> kMaterials = {{
     {"black", 0.05},
 }};
 
-/// Finds materials; keeps the first error.
+/// Looks up materials; keeps the first error.
 class Materials {
  public:
   explicit Materials(const PlanSource& source) : own_(source.materials) {}

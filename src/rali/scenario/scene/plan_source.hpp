@@ -14,10 +14,10 @@
 namespace rali::scenario {
 
 /// Largest distance from the origin of anything in a floor plan [m].
-inline constexpr double kPlanMost_m = 5000.0;
+inline constexpr double kPlanMax_m = 5000.0;
 
-/// A piece of free space: a rectangle from corner to corner, or a polygon that ends with its first
-/// corner.
+/// An area of free space: a rectangle from corner to corner, or a polygon whose last corner repeats
+/// the first.
 struct PlanArea {
   std::array<double, 4> rectangle{};  ///< x0 y0 x1 y1; used if `polygon` is empty
   sim::Polygon polygon;
@@ -27,7 +27,7 @@ struct PlanArea {
 
   template <class V>
   void visit(V& v) {
-    if (polygon.empty()) v("rectangle", rectangle, -kPlanMost_m, kPlanMost_m, "x0, y0, x1, y1");
+    if (polygon.empty()) v("rectangle", rectangle, -kPlanMax_m, kPlanMax_m, "x0, y0, x1, y1");
     v.custom("polygon", ring(polygon), "corners, the last one is the first again");
     v("height_m", height_m, 0.0, 100.0, "of the ceiling, 0 as the whole plan");
     v("walls", walls, "material of its walls");
@@ -36,7 +36,7 @@ struct PlanArea {
 
 /// A doorway through a wall, or a recess in it: free space with a lower ceiling.
 struct PlanOpening {
-  std::array<double, 2> at{};  ///< door: middle of the wall; recess: on the face of the wall
+  std::array<double, 2> at{};  ///< door: centre of the wall; recess: on the face of the wall
   double yaw_deg = 0.0;        ///< direction into the wall
   double width_m = 0.9;
   double depth_m = 0.3;
@@ -46,7 +46,7 @@ struct PlanOpening {
 
   template <class V>
   void visit(V& v) {
-    v("at", at, -kPlanMost_m, kPlanMost_m, "x, y");
+    v("at", at, -kPlanMax_m, kPlanMax_m, "x, y");
     v("yaw_deg", yaw_deg, -360.0, 360.0, "direction into the wall");
     v("width_m", width_m, 0.05, 100.0, "across yaw_deg");
     v("depth_m", depth_m, 0.02, 100.0, "along yaw_deg");
@@ -66,7 +66,7 @@ struct PlanPillar {
 
   template <class V>
   void visit(V& v) {
-    v("at", at, -kPlanMost_m, kPlanMost_m, "x, y");
+    v("at", at, -kPlanMax_m, kPlanMax_m, "x, y");
     v("radius_m", radius_m, 0.0, 50.0, "of a round pillar, 0 for a square one");
     v("size_m", size_m, 0.02, 100.0, "length and width of a square one");
     v("yaw_deg", yaw_deg, -360.0, 360.0, "turn of a square one");
@@ -74,7 +74,7 @@ struct PlanPillar {
   }
 };
 
-/// A box that stands about.
+/// A box in free space.
 struct PlanBox {
   std::array<double, 2> at{};
   std::array<double, 3> size_m{1.0, 1.0, 1.0};
@@ -85,7 +85,7 @@ struct PlanBox {
 
   template <class V>
   void visit(V& v) {
-    v("at", at, -kPlanMost_m, kPlanMost_m, "x, y");
+    v("at", at, -kPlanMax_m, kPlanMax_m, "x, y");
     v("size_m", size_m, 0.01, 500.0, "length, width, height");
     v("bottom_m", bottom_m, 0.0, 100.0, "height of its lower side");
     v("yaw_deg", yaw_deg, -360.0, 360.0, "turn");
@@ -93,7 +93,7 @@ struct PlanBox {
   }
 };
 
-/// A floor plan as it stands in scene.yaml.
+/// A floor plan as written in scene.yaml.
 struct PlanSource {
   double height_m = 2.7;
   bool ceiling = true;
@@ -106,7 +106,7 @@ struct PlanSource {
   std::vector<PlanOpening> recesses;
   std::vector<PlanPillar> pillars;
   std::vector<PlanBox> furniture;
-  int clutter = 0;  ///< boxes put at random places off all routes
+  int clutter = 0;  ///< number of boxes at random positions off all routes
 
   template <class V>
   void visit(V& v) {
@@ -126,7 +126,7 @@ struct PlanSource {
 };
 
 /// Errors (kUsage) with file and line: a polygon that is open, crosses itself or has too few
-/// corners, a material that is not known, no area.
+/// corners, an unknown material, no area.
 [[nodiscard]] Result<sim::FloorPlan> floor_plan_of(const PlanSource& source);
 
 }  // namespace rali::scenario

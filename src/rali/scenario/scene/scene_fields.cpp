@@ -17,7 +17,7 @@ using config::Node;
 
 namespace {
 
-/// Full range of the seed: doubles would lose its last digits.
+/// Full range of the seed: a double would lose its last digits.
 CustomTarget seed_field(std::uint64_t& seed) {
   CustomTarget target;
   target.type = "a whole number from 0 to 18446744073709551615";
@@ -62,7 +62,7 @@ CustomTarget vehicles_field(SceneSetup& setup) {
   return target;
 }
 
-/// Index of "v2"; an error that lists the names.
+/// Index of "v2", or an error that lists the names.
 Result<int> vehicle_of(const std::string& name, const std::string& where, int vehicles) {
   std::vector<std::string> names;
   for (int i = 0; i < vehicles; ++i) {
@@ -102,7 +102,7 @@ Result<SceneRound> round_of(const Node& node, const std::string& key, int vehicl
         const auto i = static_cast<std::size_t>(*vehicle);
         round.route_where[i] = route.where;
         const std::string name = fmt::format("{}.routes.{}", key, route.key);
-        if (auto status = decode_way(route, name, round.routes[i]); !status) {
+        if (auto status = decode_path(route, name, round.routes[i]); !status) {
           return tl::make_unexpected(status.error());
         }
       }
@@ -147,7 +147,7 @@ CustomTarget rounds_field(SceneSetup& setup) {
       for (std::size_t i = 0; i < round.routes.size(); ++i) {
         if (round.routes[i].empty()) continue;
         text += fmt::format("{}{}: {}", first ? "" : ", ", vehicle_name(static_cast<int>(i)),
-                            encode_way(round.routes[i]));
+                            encode_path(round.routes[i]));
         first = false;
       }
       text += "}}";

@@ -5,7 +5,7 @@
 
 namespace rali::scenario {
 
-/// The keys of scene.yaml that hold for this kind of place. They point into `setup`.
+/// The keys of scene.yaml that are valid for this kind of world. They point into `setup`.
 [[nodiscard]] config::FieldList scene_fields(SceneSetup& setup, const std::string& folder);
 
 }  // namespace rali::scenario

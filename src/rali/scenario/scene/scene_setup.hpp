@@ -14,7 +14,7 @@
 
 namespace rali::scenario {
 
-/// What the world is made from; the key of scene.yaml that says so.
+/// Source of the world, selected by the key of scene.yaml with this name.
 enum class PlaceKind { kScene, kFloorPlan, kTunnel, kMine, kRamp, kMesh };
 inline constexpr ChoiceNames<6> kPlaceNames{"scene", "floor_plan", "tunnel",
                                             "mine",  "ramp",       "mesh"};
@@ -27,43 +27,43 @@ inline constexpr ChoiceNames<5> kUnitNames{"m", "cm", "mm", "in", "ft"};
 
 /// A world from a file.
 struct MeshSource {
-  std::string file;  ///< as this process can open it
+  std::string file;  ///< path that this process can open
   LengthUnit units = LengthUnit::kMetre;
   double scale = 1.0;  ///< applied after the units
   UpAxis up = UpAxis::kZ;
-  double reflectivity = 0.5;  ///< where the file has none
+  double reflectivity = 0.5;  ///< for files without reflectivity
 };
 
-/// One vehicle of a scene; what is not given is found by world_of().
+/// One vehicle of a scene; world_of() determines what is not given.
 struct SceneVehicle {
   /// NaN x: not given; NaN z: on the ground.
   geometry::Vec3 start = geometry::Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
-  std::optional<double> yaw_deg;      ///< not given: towards the first point of its way
-  std::vector<geometry::Vec3> route;  ///< its way in the only round, if there are no rounds
+  std::optional<double> yaw_deg;      ///< not given: towards the first point of its path
+  std::vector<geometry::Vec3> route;  ///< its path in the only round, if there are no rounds
   geometry::Vec3 goal = geometry::Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
   std::string where;        ///< file:line
   std::string start_where;  ///< file:line
-  std::string way_where;    ///< file:line of route or goal
+  std::string path_where;   ///< file:line of route or goal
 
   template <class V>
   void visit(V& v) {
     v.custom("start", noting(place(start), start_where), "x, y and maybe z");
     v.custom("yaw_deg", config::number_or(yaw_deg, "auto", -360.0, 360.0), "heading at the start");
-    v.custom("route", noting(way(route), way_where), "its way");
-    v.custom("goal", noting(place(goal), way_where), "instead of a route: it finds a way there");
+    v.custom("route", noting(path(route), path_where), "its way");
+    v.custom("goal", noting(place(goal), path_where), "instead of a route: it finds a way there");
   }
 };
 
-/// A round as it stands in scene.yaml, vehicles by number.
+/// A round as written in scene.yaml, vehicles by number.
 struct SceneRound {
   int anchor = -1;
-  std::optional<double> pause_s;  ///< standing before it; not given: pause_s of the scene
+  std::optional<double> pause_s;  ///< standstill before it; not given: pause_s of the scene
   std::vector<std::vector<geometry::Vec3>> routes;  ///< by vehicle
   std::vector<std::string> route_where;             ///< by vehicle
   std::string where;
 };
 
-/// A scene as it stands in scene.yaml (docs/reference/scenes.md), every value present.
+/// A scene as written in scene.yaml (docs/reference/scenes.md), with all values present.
 struct SceneSetup {
   PlaceKind place = PlaceKind::kScene;
   sim::Scene scene = sim::Scene::kCorridor;
@@ -72,7 +72,7 @@ struct SceneSetup {
   sim::MineOptions mine;
   sim::RampOptions ramp;
   MeshSource mesh;
-  std::vector<SceneVehicle> vehicles;  ///< empty: fleet.vehicles as the scene places them
+  std::vector<SceneVehicle> vehicles;  ///< empty: fleet.vehicles as placed by the scene
   std::vector<SceneRound> rounds;      ///< empty: from routes, goals or the scene
   /// Seed, duration, sensors, motion, radios and the number of vehicles.
   sim::FleetOptions fleet;
@@ -81,32 +81,32 @@ struct SceneSetup {
   std::vector<std::string> notices;  ///< one sentence for each key with an old name
 };
 
-/// A shipped scene with as many vehicles as it is made for.
+/// A shipped scene with the number of vehicles it is made for.
 [[nodiscard]] SceneSetup shipped_scene(sim::Scene scene, std::uint64_t seed);
 
-/// How many vehicles a shipped scene is made for.
+/// Number of vehicles that a shipped scene is made for.
 [[nodiscard]] int vehicles_of(sim::Scene scene);
 
-/// v1, v2, ...: how vehicle `index` is called in files.
+/// Name of vehicle `index` in files: v1, v2, ...
 [[nodiscard]] std::string vehicle_name(int index);
 
-/// Reads scene.yaml. Relative paths in it are relative to its folder.
-/// Errors: kUsage with file and line for what is wrong in it; kInput if it cannot be read.
+/// Reads scene.yaml. Its relative paths are relative to its folder.
+/// Errors: kUsage with file and line of invalid content; kInput if it cannot be read.
 [[nodiscard]] Result<SceneSetup> load_scene(const std::string& path);
 
 /// The same from memory; `name` is for messages, `folder` for relative paths.
 [[nodiscard]] Result<SceneSetup> parse_scene(std::string_view text, const std::string& name,
                                              const std::string& folder);
 
-/// The effective scene as scene.yaml; parse_scene of it gives the same scene. Paths are written
+/// The effective scene as scene.yaml; parse_scene() of it gives the same scene. File paths are
 /// relative to `folder`.
 [[nodiscard]] std::string dump_scene(const SceneSetup& setup, const std::string& folder);
 
-/// Builds the place, finds and checks starts and rounds: everything that fleet.vehicles vehicles
-/// need. setup.fleet goes with it into make_fleet_simulation().
+/// Builds the world and determines and checks starts and rounds for fleet.vehicles vehicles. Pass
+/// the result and setup.fleet to make_fleet_simulation().
 /// Errors (kUsage, with file and line where the scene came from a file): a vehicle inside a wall,
-/// without ground, or on another one; a route through a wall; no way to a goal; a world larger
-/// than 20 km or more than 20 million triangles; what the place itself refuses. kInput: a mesh
+/// without ground, or on another one; a route through a wall; no path to a goal; a world larger
+/// than 20 km or with more than 20 million triangles; those of the world's own kind. kInput: a mesh
 /// file that cannot be read.
 [[nodiscard]] Result<sim::World> world_of(const SceneSetup& setup);
 

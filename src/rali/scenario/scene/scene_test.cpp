@@ -184,9 +184,9 @@ TEST(Scene, a_mesh_file_in_millimetres_with_y_up_is_a_world) {
   ASSERT_TRUE(world) << world.error().message();
   EXPECT_NEAR(world->mesh.upper_corner().x(), 9.0, 1e-5);
   EXPECT_NEAR(world->mesh.upper_corner().z(), 2.6, 1e-5);
-  // It drives to the far end of the other room.
+  // The path leads to the far end of the other room.
   EXPECT_GT(world->rounds.at(0).routes[0].back().x(), 8.0);
-  // In metres it would be 9 km long, and its floor 1 km square: too large for ways, not for walls.
+  // In metres it is 9 km long with a floor of 1 km square: too large to plan paths, not for walls.
   const auto giant =
       world_from("mesh: {file: rooms.ply, up: y}\nvehicles: [{start: [1, 1]}]\n", folder.path());
   ASSERT_FALSE(giant);

@@ -27,7 +27,7 @@ Result<Vec3> Surveyor::on_ground(const Vec3& p, const std::string& name,
   for (std::size_t i = 1; i < heights.size() && !std::isnan(p.z()); ++i) {
     if (std::abs(heights[i] - p.z()) < std::abs(heights[best] - p.z())) best = i;
   }
-  // From the underside of a floor to its upper side; a table is higher than that.
+  // From the underside of a floor to its upper side; table tops are higher than that.
   constexpr double kSlab_m = 0.35;
   while (best + 1 < heights.size() && heights[best + 1] - heights[best] < kSlab_m) ++best;
   const Vec3 place(p.x(), p.y(), heights[best]);
@@ -42,15 +42,15 @@ Result<Vec3> Surveyor::on_ground(const Vec3& p, const std::string& name,
   return place;
 }
 
-Result<Way> Surveyor::along_ground(const Way& way, const Vec3& from, const std::string& name,
-                                   const std::string& where) const {
+Result<Path> Surveyor::along_ground(const Path& path, const Vec3& from, const std::string& name,
+                                    const std::string& where) const {
   constexpr double kStep_m = 0.25;
-  constexpr double kClimb_m = 0.3;  // above the last point the ground is not looked for
+  constexpr double kClimb_m = 0.3;  // largest climb searched above the last point
   constexpr double kDrop_m = 1.0;
-  Way corners{from};
-  const bool leads_on = (way.front() - from).head<2>().norm() < 0.05;
-  corners.insert(corners.end(), way.begin() + (leads_on ? 1 : 0), way.end());
-  Way points{from};
+  Path corners{from};
+  const bool leads_on = (path.front() - from).head<2>().norm() < 0.05;
+  corners.insert(corners.end(), path.begin() + (leads_on ? 1 : 0), path.end());
+  Path points{from};
   for (std::size_t i = 0; i + 1 < corners.size(); ++i) {
     const Vec3 a = corners[i];
     const Vec3 step = corners[i + 1] - a;
@@ -72,22 +72,22 @@ Result<Way> Surveyor::along_ground(const Way& way, const Vec3& from, const std::
   return sim::simplified(points, kTolerance_m);
 }
 
-Result<Way> Surveyor::planned(const Vec3& from, const Vec3& to, const std::string& where) {
+Result<Path> Surveyor::planned(const Vec3& from, const Vec3& to, const std::string& where) {
   Error error;
-  // First with some room to cut corners.
+  // First with a larger radius, which leaves room for rounded corners.
   for (const double radius : {0.42, 0.32}) {
     auto grid = grid_of(radius);
     if (!grid) return tl::make_unexpected(grid.error());
-    auto way = (*grid)->plan(from, to);
-    if (way) return way;
-    error = way.error();
+    auto path = (*grid)->plan(from, to);
+    if (path) return path;
+    error = path.error();
   }
   error.where = where;
   return tl::make_unexpected(std::move(error));
 }
 
-Result<Way> Surveyor::longest(const Vec3& from, const std::function<bool(const Vec3&)>& inside,
-                              const std::string& where) {
+Result<Path> Surveyor::longest(const Vec3& from, const std::function<bool(const Vec3&)>& inside,
+                               const std::string& where) {
   auto grid = grid_of(0.42);
   if (!grid) return tl::make_unexpected(grid.error());
   Vec3 begin = from;
@@ -106,10 +106,10 @@ Result<Way> Surveyor::longest(const Vec3& from, const std::function<bool(const V
   return (*grid)->plan(begin, *goal);
 }
 
-Status Surveyor::check_way(const Way& way, double rounding_m, const std::string& name,
-                           const std::string& where) const {
-  const sim::Route route(way, rounding_m);
-  Way points;
+Status Surveyor::check_path(const Path& path, double rounding_m, const std::string& name,
+                            const std::string& where) const {
+  const sim::Route route(path, rounding_m);
+  Path points;
   for (double s = 0.0; s < route.length_m(); s += 0.1) points.push_back(route.point_at(s));
   points.push_back(route.point_at(route.length_m()));
   const auto contact = clearance_.first_contact(points, shape_);

@@ -16,14 +16,14 @@ using geometry::Vec3;
 
 namespace {
 
-/// Turns what the file says into starts and rounds of a world.
+/// Creates starts and rounds of a world from the contents of the file.
 class FleetPlacer {
  public:
   FleetPlacer(const SceneSetup& setup, sim::World& world)
       : setup_(setup), world_(world), surveyor_(world.mesh) {}
 
   Status place() {
-    constexpr double kRounding_m = 0.5;  // ways that people draw come near to walls
+    constexpr double kRounding_m = 0.5;  // hand-drawn paths come close to walls
     if (setup_.vehicles.empty() && setup_.rounds.empty()) return place_default();
     if (setup_.place == PlaceKind::kFloorPlan || setup_.place == PlaceKind::kMesh) {
       world_.rounding_m = kRounding_m;
@@ -38,9 +38,9 @@ class FleetPlacer {
     return {};
   }
 
-  /// All ways, for clutter to keep off.
-  [[nodiscard]] std::vector<Way> ways() const {
-    std::vector<Way> all{world_.route};
+  /// All paths, so that clutter keeps away from them.
+  [[nodiscard]] std::vector<Path> paths() const {
+    std::vector<Path> all{world_.route};
     for (const sim::RoundPlan& round : world_.rounds) {
       all.insert(all.end(), round.routes.begin(), round.routes.end());
     }
@@ -69,11 +69,11 @@ class FleetPlacer {
       const auto inside = [&](const Vec3& p) {
         return p.z() < 0.3 && sim::area_at(plan->areas, p.head<2>()) != nullptr;
       };
-      auto way = surveyor_.longest(Vec3::Constant(std::nan("")), inside, setup_.name);
-      if (!way) return tl::make_unexpected(way.error());
-      world_.route = std::move(*way);
+      auto path = surveyor_.longest(Vec3::Constant(std::nan("")), inside, setup_.name);
+      if (!path) return tl::make_unexpected(path.error());
+      world_.route = std::move(*path);
       if (auto status =
-              surveyor_.check_way(world_.route, world_.rounding_m, "the fleet", setup_.name);
+              surveyor_.check_path(world_.route, world_.rounding_m, "the fleet", setup_.name);
           !status) {
         return status;
       }
@@ -123,7 +123,7 @@ class FleetPlacer {
     return check_apart(at, "start", "");
   }
 
-  /// No two vehicles on one spot.
+  /// Checks that no two vehicles are at one position.
   Status check_apart(const std::vector<Vec3>& at, std::string_view when,
                      const std::string& line) const {
     for (std::size_t i = 0; i < at.size(); ++i) {
@@ -141,17 +141,18 @@ class FleetPlacer {
     return {};
   }
 
-  Result<Way> checked(const Way& way, const Vec3& from, std::size_t i, const std::string& where) {
+  Result<Path> checked(const Path& path, const Vec3& from, std::size_t i,
+                       const std::string& where) {
     const std::string name = vehicle_name(static_cast<int>(i));
-    auto grounded = surveyor_.along_ground(way, from, name, where);
+    auto grounded = surveyor_.along_ground(path, from, name, where);
     if (!grounded) return grounded;
-    if (auto status = surveyor_.check_way(*grounded, world_.rounding_m, name, where); !status) {
+    if (auto status = surveyor_.check_path(*grounded, world_.rounding_m, name, where); !status) {
       return tl::make_unexpected(status.error());
     }
     return grounded;
   }
 
-  /// Routes and goals of the vehicles; a single vehicle without any drives the longest way.
+  /// Routes and goals of the vehicles; a single vehicle without any drives the longest path.
   Status single_round() {
     sim::RoundPlan round;
     round.routes.resize(world_.starts.size());
@@ -160,24 +161,24 @@ class FleetPlacer {
     for (std::size_t i = 0; i < world_.starts.size(); ++i) {
       const SceneVehicle& vehicle = setup_.vehicles[i];
       const Vec3 from = world_.starts[i].p_world_m;
-      const std::string where = where_of(i, vehicle.way_where);
-      Way way = vehicle.route;
-      if (way.empty() && is_given(vehicle.goal)) {
+      const std::string where = where_of(i, vehicle.path_where);
+      Path path = vehicle.route;
+      if (path.empty() && is_given(vehicle.goal)) {
         const auto to =
             surveyor_.on_ground(vehicle.goal, vehicle_name(static_cast<int>(i)) + "'s goal", where);
         if (!to) return tl::make_unexpected(to.error());
         auto planned = surveyor_.planned(from, *to, where);
         if (!planned) return tl::make_unexpected(planned.error());
-        way = std::move(*planned);
-      } else if (way.empty() && world_.starts.size() == 1) {
+        path = std::move(*planned);
+      } else if (path.empty() && world_.starts.size() == 1) {
         auto longest = surveyor_.longest(
             from, [](const Vec3&) { return true; }, where);
         if (!longest) return tl::make_unexpected(longest.error());
-        way = std::move(*longest);
+        path = std::move(*longest);
       }
       ends.push_back(from);
-      if (way.empty()) continue;
-      auto route = checked(way, from, i, where);
+      if (path.empty()) continue;
+      auto route = checked(path, from, i, where);
       if (!route) return tl::make_unexpected(route.error());
       ends.back() = route->back();
       round.routes[i] = std::move(*route);
@@ -222,9 +223,9 @@ class FleetPlacer {
     return {};
   }
 
-  /// Pedestrians walk where the first vehicle that moves drives.
+  /// Pedestrians walk along the path of the first vehicle that moves.
   void choose_route() {
-    Way all;
+    Path all;
     for (std::size_t i = 0; i < world_.starts.size() && all.empty(); ++i) {
       for (const sim::RoundPlan& round : world_.rounds) {
         all.insert(all.end(), round.routes[i].begin(), round.routes[i].end());
@@ -260,7 +261,7 @@ Result<sim::World> world_of(const SceneSetup& setup) {
   FleetPlacer placer(setup, *world);
   if (auto status = placer.place(); !status) return tl::make_unexpected(status.error());
   if (setup.place == PlaceKind::kFloorPlan) {
-    add_clutter(setup.floor_plan, placer.ways(), setup.fleet.vehicle.seed, world->mesh);
+    add_clutter(setup.floor_plan, placer.paths(), setup.fleet.vehicle.seed, world->mesh);
   }
   return world;
 }

@@ -15,8 +15,8 @@ using geometry::Vec3;
 
 namespace {
 
-/// From the software's map to the world by position and heading alone: a tilt of the estimate
-/// lifts no goal off the ground.
+/// Transforms from the software's map to the world by position and heading alone: a tilt error of
+/// the estimate does not lift goals off the ground.
 std::vector<Vec3> places_in_world(const DriveCommand& command, const SE3& T_world_body) {
   const double turn = geometry::rpy_from_rotation(T_world_body.R).z() -
                       geometry::rpy_from_rotation(command.T_map_body.R).z();
@@ -34,7 +34,7 @@ bool finite(const DriveCommand& command) {
   return good;
 }
 
-/// Hands what has been measured to the software.
+/// Delivers all available messages to the software.
 void deliver(FleetSimulation& simulation, FleetSoftware& software,
              const ClosedLoopOptions& options) {
   while (const std::optional<FleetMessage> message = simulation.next()) {
@@ -93,7 +93,7 @@ Result<Mission> run_closed_loop(FleetSimulation& simulation, FleetSoftware& soft
   if (const Status checked = check(simulation, options); !checked) {
     return tl::make_unexpected(checked.error());
   }
-  const Result<WayPlanner> planner = WayPlanner::make(simulation.mesh());
+  const Result<PathPlanner> planner = PathPlanner::make(simulation.mesh());
   if (!planner) return tl::make_unexpected(planner.error());
   FleetMotion& motion = simulation.motion();
   std::vector<GoalDriver> drivers;
@@ -114,7 +114,7 @@ Result<Mission> run_closed_loop(FleetSimulation& simulation, FleetSoftware& soft
   advance(motion, drivers, options.end_s);
   deliver(simulation, software, options);
   mission.duration_s = motion.time_s();
-  for (int v = 0; v < simulation.vehicles(); ++v) mission.way_m.push_back(simulation.way_m(v));
+  for (int v = 0; v < simulation.vehicles(); ++v) mission.path_m.push_back(simulation.path_m(v));
   return mission;
 }
 

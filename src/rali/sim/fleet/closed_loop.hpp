@@ -6,45 +6,45 @@
 #include <vector>
 
 #include "rali/sim/fleet/fleet_simulation.hpp"
-#include "rali/sim/fleet/way_planner.hpp"
+#include "rali/sim/fleet/path_planner.hpp"
 
 namespace rali::sim {
 
-/// What the fleet software tells a vehicle.
+/// Command from the fleet software to a vehicle.
 struct DriveCommand {
   enum class Kind { kGo, kStop };
 
   int vehicle = 0;
   Kind kind = Kind::kGo;
-  /// Places to visit in order, the last one is the goal; in the software's map frame, on the
-  /// ground or up to a metre above it. One is enough: the vehicle finds a way around obstacles.
+  /// Waypoints to visit in order, the last one is the goal; in the software's map frame, on the
+  /// ground or up to a metre above it. One is enough: the planner finds a path around obstacles.
   std::vector<geometry::Vec3> places_map_m;
-  /// Where the software believes the vehicle's body to be at `t`. Vehicles drive by their own
-  /// estimate: an error of it is an error of the goal, as in reality.
+  /// Estimated pose of the vehicle's body at `t`. Vehicles drive by their own estimate: its error
+  /// becomes an error of the goal, as in reality.
   geometry::SE3 T_map_body;
   Time t;
 };
 
 enum class DriveStatus {
   kStanding,     ///< has no goal
-  kDriving,      ///< under way, or waiting for another vehicle to pass
-  kArrived,      ///< stands at its goal
+  kDriving,      ///< on its path, or waiting for another vehicle to pass
+  kArrived,      ///< stopped at its goal
   kUnreachable,  ///< gave up: no path leads there
-  kBlocked       ///< gave up: other vehicles stand in every path for good
+  kBlocked       ///< gave up: stationary vehicles block every path for good
 };
 
-/// What a vehicle tells the fleet software about its drive.
+/// Drive status of a vehicle, reported to the fleet software.
 struct DriveReport {
   DriveStatus status = DriveStatus::kStanding;
-  std::uint64_t goals = 0;  ///< commands to go that it has taken so far
+  std::uint64_t goals = 0;  ///< number of go commands accepted so far
 };
 
-/// The software of a fleet, as the simulator sees it. Called from one thread in virtual time.
+/// Interface between the simulator and a fleet's software. Called from one thread in virtual time.
 class FleetSoftware {
  public:
   virtual ~FleetSoftware() = default;
 
-  /// Everything that the sensors of all vehicles send, in order of arrival.
+  /// Receives all sensor messages of all vehicles in order of arrival.
   virtual void on_message(const FleetMessage& message) = 0;
 
   /// Called every decide_every_s. A new goal replaces the old one.
@@ -58,11 +58,11 @@ class FleetSoftware {
 
 struct ClosedLoopOptions {
   double decide_every_s = 0.1;
-  double blocked_s = 4.0;        ///< after so long in front of another vehicle it tries another way
+  double blocked_s = 4.0;        ///< after this wait for another vehicle it tries another path
   int blocked_tries = 8;         ///< then it gives up
   double time_limit_s = 3600.0;  ///< of the mission
-  double end_s = 2.0;            ///< standing after the mission
-  /// Sees every message before the software does: for recording.
+  double end_s = 2.0;            ///< standstill after the mission
+  /// Receives every message before the software does: for recording.
   std::function<void(const FleetMessage&)> tap;
 
   template <class V>
@@ -75,16 +75,16 @@ struct ClosedLoopOptions {
   }
 };
 
-/// What came of a mission.
+/// Outcome of a mission.
 struct Mission {
-  bool finished = false;  ///< else the time limit ended it
+  bool finished = false;  ///< false: stopped by the time limit
   double duration_s = 0.0;
-  std::vector<double> way_m;  ///< by vehicle
+  std::vector<double> path_m;  ///< by vehicle
 };
 
 /// Lets `software` drive the vehicles of a simulation that is not scripted.
-/// Errors (kUsage): the simulation is scripted, an option is out of range, a command names no
-/// vehicle; and those of NavigationGrid::build().
+/// Errors (kUsage): the simulation is scripted, an option is out of range, or a command has an
+/// unknown vehicle; and those of NavigationGrid::build().
 [[nodiscard]] Result<Mission> run_closed_loop(FleetSimulation& simulation, FleetSoftware& software,
                                               const ClosedLoopOptions& options = {});
 

@@ -15,7 +15,7 @@ using geometry::Vec3;
 using internal::quiet_fleet;
 using internal::room;
 
-/// The test hall with a wall across it that leaves a door of 1.2 m.
+/// The test hall with a wall across it that has a door of 1.2 m.
 World two_rooms() {
   World world = room(2);
   world.mesh.add_box({5.0, -3.8, 0.0}, {0.2, 6.4, 3.0}, 0.0, 0.6);
@@ -28,8 +28,8 @@ struct Goal {
   Vec3 place;  ///< world
 };
 
-/// Sends each round's vehicles to their goals and begins the next one when all have arrived. Its
-/// map is turned and shifted against the world; it knows each pose exactly.
+/// Sends each round's vehicles to their goals and starts the next round when all have arrived. Its
+/// map is rotated and shifted against the world; it uses exact poses.
 class Script final : public FleetSoftware {
  public:
   Script(const FleetSimulation& simulation, std::vector<std::vector<Goal>> rounds)
@@ -60,7 +60,7 @@ class Script final : public FleetSoftware {
   bool finished() const override { return round_ >= rounds_.size(); }
 
   std::size_t messages = 0;
-  std::vector<Vec3> ends;  ///< place minus goal of each drive
+  std::vector<Vec3> ends;  ///< reached position minus goal of each drive
   std::vector<DriveStatus> states;
 
  private:
@@ -110,7 +110,7 @@ TEST(ClosedLoop, vehicles_reach_the_goals_of_all_rounds_without_touching_anythin
   for (const Vec3& end : script.ends) EXPECT_LT(end.head<2>().norm(), 0.3);
   for (const DriveStatus s : script.states) EXPECT_EQ(s, DriveStatus::kArrived);
   EXPECT_GT(script.messages, 5000U);
-  EXPECT_GT(mission->way_m[0], 20.0);
+  EXPECT_GT(mission->path_m[0], 20.0);
 
   const Clearance clearance(sim->mesh());
   VehicleShape body;
@@ -124,9 +124,9 @@ TEST(ClosedLoop, vehicles_reach_the_goals_of_all_rounds_without_touching_anythin
     ASSERT_GT((ground[0] - ground[1]).norm(), 0.6) << t << " s";
   }
   for (int v = 0; v < 2; ++v) {
-    const Trajectory& way = sim->motion().rover(v).trajectory();
+    const Trajectory& path = sim->motion().rover(v).trajectory();
     for (double from = 0.0; from + 10.0 < mission->duration_s; from += 10.0) {
-      const internal::Drift drift = internal::integrate(way, from, 10.0, 400.0);
+      const internal::Drift drift = internal::integrate(path, from, 10.0, 400.0);
       EXPECT_LT(drift.position_m, 0.01) << "vehicle " << v << " from " << from << " s";
     }
   }
@@ -163,7 +163,7 @@ TEST(ClosedLoop, a_vehicle_that_stands_in_the_way_is_passed) {
 
 TEST(ClosedLoop, a_goal_behind_a_vehicle_that_fills_the_passage_is_given_up_within_half_a_minute) {
   World world = room(2);
-  // A passage of 1.4 m from wall to wall, in which the other one stands.
+  // A passage of 1.4 m from wall to wall, blocked by the other vehicle.
   world.mesh.add_box({5.0, 3.85, 0.0}, {8.0, 6.3, 3.0}, 0.0, 0.6);
   world.mesh.add_box({5.0, -3.85, 0.0}, {8.0, 6.3, 3.0}, 0.0, 0.6);
   world.starts = {{{-2.0, 0.0, 0.0}, 0.0}, {{5.0, 0.0, 0.0}, 0.0}};
@@ -200,13 +200,13 @@ TEST(ClosedLoop, same_commands_give_the_same_bytes) {
     };
     Script script(*sim, {{{0, {8.0, 2.0, 0.0}}}});
     const auto mission = run_closed_loop(*sim, script, options);
-    EXPECT_FALSE(mission->finished);  // the limit ended it
+    EXPECT_FALSE(mission->finished);  // stopped by the time limit
     return out;
   };
   EXPECT_EQ(bytes(), bytes());
 }
 
-/// Gives one wrong command.
+/// Sends one invalid command.
 class Wrong final : public FleetSoftware {
  public:
   explicit Wrong(DriveCommand command) : command_(std::move(command)) {}

@@ -32,7 +32,7 @@ ExchangePlan ExchangePlan::of_links(int vehicles, double rate_hz) {
 
 double ExchangePlan::next_s() const {
   if (exchanges_.empty() || rate_hz_ <= 0.0) return std::numeric_limits<double>::infinity();
-  // Half a slot late, so that nothing happens at the very start.
+  // Half a slot late, so that no exchange happens at the very start.
   const double slots = static_cast<double>(exchanges_.size()) * rate_hz_;
   return (static_cast<double>(count_) + 0.5) / slots;
 }

@@ -5,8 +5,8 @@
 
 namespace rali::sim {
 
-/// Takes turns: every pair of antennas, or of vehicles in both directions, once per period, evenly
-/// spread over it as radios do that share a channel.
+/// Schedule of exchanges: every pair of antennas, or of vehicles in both directions, once per
+/// period, evenly spread over it as for radios that share a channel.
 class ExchangePlan {
  public:
   struct Exchange {
@@ -14,7 +14,7 @@ class ExchangePlan {
     int from_antenna = 0, to_antenna = 0;
   };
 
-  /// Each antenna of each vehicle with each of every other vehicle, lower vehicle first.
+  /// Each antenna of each vehicle with each antenna of every other vehicle, lower vehicle first.
   [[nodiscard]] static ExchangePlan of_antennas(int vehicles, int antennas, double rate_hz);
   /// Each vehicle to each other one.
   [[nodiscard]] static ExchangePlan of_links(int vehicles, double rate_hz);

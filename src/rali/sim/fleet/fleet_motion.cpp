@@ -14,11 +14,11 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double kClear_m = 0.85;  // between the middles of two vehicles that pass each other
-constexpr double kLook_m = 0.6;    // ahead of the stopping distance
+constexpr double kClear_m = 0.85;  // between the centres of two vehicles that pass each other
+constexpr double kLook_m = 0.6;    // look-ahead beyond the stopping distance
 constexpr double kStep_m = 0.15;
 constexpr double kStorey_m = 1.5;
-constexpr double kFar_m = 12.0;  // more than two vehicles need to stop
+constexpr double kFar_m = 12.0;  // exceeds the stopping distances of two vehicles
 
 /// Horizontal distance; vehicles on different storeys are far apart.
 double apart_m(const Vec3& a, const Vec3& b) {
@@ -28,34 +28,34 @@ double apart_m(const Vec3& a, const Vec3& b) {
 
 double reach_m(const Rover& rover) { return rover.stopping_m() + kLook_m; }
 
-/// Distance of a point to where `other` goes in the next `ahead_m`.
-double apart_from_way_m(const Vec3& p, const Rover& other, double ahead_m) {
-  double least = apart_m(p, other.ground());
+/// Smallest distance of a point from the path of `other` over the next `ahead_m`.
+double apart_from_path_m(const Vec3& p, const Rover& other, double ahead_m) {
+  double minimum = apart_m(p, other.ground());
   for (double r = kStep_m; r < ahead_m + kStep_m; r += kStep_m) {
-    least = std::min(least, apart_m(p, other.ground_ahead(r)));
+    minimum = std::min(minimum, apart_m(p, other.ground_ahead(r)));
   }
-  return least;
+  return minimum;
 }
 
-/// True if the way ahead comes too near to where `other` is or cannot help to be when it brakes.
-/// Getting away from it is allowed.
+/// True if the path ahead comes too close to the position of `other`, or to its path while braking.
+/// Moving away from it is allowed.
 bool runs_into(const Rover& rover, const Rover& other) {
   const double theirs_m = other.standing() ? -kStep_m : other.stopping_m();
-  double last = apart_from_way_m(rover.ground(), other, theirs_m);
+  double last = apart_from_path_m(rover.ground(), other, theirs_m);
   for (double s = kStep_m; s < reach_m(rover) + kStep_m; s += kStep_m) {
-    const double d = apart_from_way_m(rover.ground_ahead(s), other, theirs_m);
+    const double d = apart_from_path_m(rover.ground_ahead(s), other, theirs_m);
     if (d < kClear_m && d < last) return true;
     last = d;
   }
   return false;
 }
 
-/// True if the ways of the next metres come too near to each other.
-bool ways_cross(const Rover& rover, const Rover& other) {
+/// True if the paths of the next metres come too close to each other.
+bool paths_cross(const Rover& rover, const Rover& other) {
   const double theirs_m = reach_m(other) + 1.0;
-  if (apart_from_way_m(rover.ground(), other, theirs_m) < kClear_m) return false;  // in its way
+  if (apart_from_path_m(rover.ground(), other, theirs_m) < kClear_m) return false;  // blocks it
   for (double s = kStep_m; s < reach_m(rover) + kStep_m; s += kStep_m) {
-    if (apart_from_way_m(rover.ground_ahead(s), other, theirs_m) < kClear_m) return true;
+    if (apart_from_path_m(rover.ground_ahead(s), other, theirs_m) < kClear_m) return true;
   }
   return false;
 }
@@ -82,7 +82,7 @@ bool FleetMotion::must_wait(const Rover& rover, std::size_t index) const {
     const Rover& other = *rovers_[k];
     if (k == index || apart_m(rover.ground(), other.ground()) > kFar_m) continue;
     if (runs_into(rover, other)) return true;
-    if (k < index && !other.standing() && ways_cross(rover, other)) return true;
+    if (k < index && !other.standing() && paths_cross(rover, other)) return true;
   }
   return false;
 }
@@ -108,7 +108,7 @@ void stand(FleetMotion& fleet, double span_s) {
   while (fleet.time_s() < end_s) fleet.step();
 }
 
-/// Steps until all have arrived; the vehicle that got stuck, or -1.
+/// Steps until all have arrived; returns the blocked vehicle, or -1.
 int drive_until_idle(FleetMotion& fleet) {
   constexpr double kPatience_s = 60.0;
   while (!fleet.all_idle()) {

@@ -19,12 +19,12 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double kVehicleRadius_m = 0.3;  // as radio waves meet it
+constexpr double kVehicleRadius_m = 0.3;  // as obstacle of radio signals
 constexpr double kVehicleHeight_m = 0.45;
 constexpr double kPersonRadius_m = 0.21;
 constexpr double kPersonHeight_m = 1.75;
 
-/// Antennas on masts: behind the LiDAR, and with two of them one at each side.
+/// Antennas on masts: one behind the LiDAR, or one at each side.
 std::vector<AntennaMount> mount_antennas(const FleetOptions& o, int vehicle) {
   Rng rng(vehicle_seed(o.vehicle.seed, vehicle), "antennas");
   std::vector<AntennaMount> mounts;
@@ -36,12 +36,12 @@ std::vector<AntennaMount> mount_antennas(const FleetOptions& o, int vehicle) {
   return mounts;
 }
 
-/// Where people walk: the route, else the first way that anybody drives.
+/// Path along which people walk: the route, else the first path of any vehicle.
 std::optional<Route> walk_of(const World& world) {
   if (world.route.size() >= 2) return Route(world.route, world.rounding_m);
   for (const RoundPlan& round : world.rounds) {
-    for (const std::vector<Vec3>& way : round.routes) {
-      if (way.size() >= 2) return Route(way, world.rounding_m);
+    for (const std::vector<Vec3>& path : round.routes) {
+      if (path.size() >= 2) return Route(path, world.rounding_m);
     }
   }
   return std::nullopt;
@@ -91,7 +91,7 @@ struct FleetSimulation::Impl {
             antennas[v][static_cast<std::size_t>(antenna)].p_true_m};
   }
 
-  /// Everybody but the two ends.
+  /// All vehicles and persons except the two ends.
   std::span<const RadioBody> bodies_between(int a, int b, double t_s) {
     bodies.clear();
     for (int v = 0; v < options.vehicles; ++v) {
@@ -128,8 +128,8 @@ struct FleetSimulation::Impl {
     return FleetMessage{e.to, *sample};
   }
 
-  /// What comes next. Of equal times sweeps come before inertial samples (as in Simulation), lower
-  /// vehicles before higher ones, exchanges last.
+  /// The next message. At equal times scans precede inertial samples (as in Simulation), lower
+  /// vehicles precede higher ones, and exchanges come last.
   struct Due {
     double t_s = std::numeric_limits<double>::infinity();
     enum class Kind { kScan, kImu, kRange, kRadio } kind = Kind::kScan;
@@ -183,7 +183,7 @@ struct FleetSimulation::Impl {
   std::vector<RoundTimes> rounds;
   SerialExecutor serial;
   Executor* executor = &serial;
-  const VehicleSensors* raw = nullptr;  ///< who made the last sweep
+  const VehicleSensors* raw = nullptr;  ///< that made the last scan
   RangeTruth range_truth;
 };
 
@@ -195,16 +195,16 @@ std::optional<FleetMessage> FleetSimulation::next() {
   while (true) {
     const Impl::Due due = impl_->due();
     if (due.t_s > impl_->reach_s() + 1e-9) return std::nullopt;
-    // Lost exchanges are no message.
+    // Lost exchanges give no message.
     if (std::optional<FleetMessage> message = impl_->take(due)) return message;
   }
 }
 
 void FleetSimulation::use(Executor& executor) { impl_->executor = &executor; }
 
-const RawSweep& FleetSimulation::last_raw_sweep() const {
+const RawScan& FleetSimulation::last_raw_scan() const {
   RALI_ASSERT(impl_->raw != nullptr);
-  return impl_->raw->raw_sweep();
+  return impl_->raw->raw_scan();
 }
 
 const RangeTruth& FleetSimulation::last_range_truth() const { return impl_->range_truth; }
@@ -214,7 +214,7 @@ Truth FleetSimulation::truth(int vehicle, Time t) const {
   return {t, impl_->motion.rover(vehicle).trajectory().at(t_s)};
 }
 
-Time FleetSimulation::t_begin() const { return impl_->options.vehicle.start; }
+Time FleetSimulation::t_start() const { return impl_->options.vehicle.start; }
 
 Time FleetSimulation::t_end() const { return impl_->time(impl_->reach_s()); }
 
@@ -222,7 +222,7 @@ int FleetSimulation::vehicles() const { return impl_->options.vehicles; }
 
 bool FleetSimulation::scripted() const { return impl_->options.scripted; }
 
-double FleetSimulation::way_m(int vehicle) const {
+double FleetSimulation::path_m(int vehicle) const {
   return impl_->motion.rover(vehicle).trajectory().length_m();
 }
 
@@ -299,7 +299,7 @@ Result<std::unique_ptr<FleetSimulation>> make_fleet_simulation(World world,
     return tl::make_unexpected(checked.error());
   }
   FleetOptions o = options;
-  // Who drives to goals through doors keeps to its way.
+  // Vehicles that drive to goals through doors must not swing laterally.
   constexpr double kSwing_m = 0.04;
   if (!o.scripted) o.vehicle.motion.wander_m = std::min(o.vehicle.motion.wander_m, kSwing_m);
   auto impl = std::make_unique<FleetSimulation::Impl>(std::move(world), o);

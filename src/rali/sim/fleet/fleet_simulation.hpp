@@ -13,14 +13,14 @@
 
 namespace rali::sim {
 
-/// Several vehicles in one world. Same options and world: same bytes. A fleet of n vehicles has
-/// for its first vehicles the sensor noise of a smaller fleet.
+/// Several vehicles in one world. Same options and world: same bytes. The first vehicles of a fleet
+/// have the same sensor noise as those of a smaller fleet.
 struct FleetOptions {
   SimOptions
-      vehicle;  ///< common to all; `scene` and standstill_s = 0 (all start standing) do not count
+      vehicle;  ///< common to all; `scene` is ignored, standstill_s = 0 too (all start still)
   int vehicles = 1;
-  bool scripted = true;  ///< drives world.rounds; false: all stand until motion() says otherwise
-  double pause_s = 4.0;  ///< standing between rounds
+  bool scripted = true;  ///< drives world.rounds; false: all stay still until motion() moves them
+  double pause_s = 4.0;  ///< standstill between rounds
   int antennas = 1;      ///< of each vehicle, 1 or 2
   double antenna_error_m = 0.01;  ///< of the nominal lever arms, random direction
   bool ranges = true;
@@ -39,63 +39,63 @@ struct FleetOptions {
   }
 };
 
-/// What one vehicle's recording receives.
+/// A message of one vehicle's recording.
 struct FleetMessage {
-  int vehicle = 0;  ///< who measured; of ranges and radio readings `from` and `to`, respectively
+  int vehicle = 0;  ///< that measured; ranges and radio readings: `from` and `to`, respectively
   std::variant<sensor::ImuSample, std::shared_ptr<const sensor::LidarScan>, sensor::RangeSample,
                sensor::RadioSample>
       data;
 };
 
-/// Where an antenna sits in the body.
+/// Position of an antenna in the body frame.
 struct AntennaMount {
   geometry::Vec3 p_true_m = geometry::Vec3::Zero();
   geometry::Vec3 p_nominal_m = geometry::Vec3::Zero();  ///< as a user would measure it
 };
 
-/// What the inertial sensor of a vehicle adds at the moment.
+/// Current biases of a vehicle's inertial sensor.
 struct ImuBias {
   geometry::Vec3 gyro_radps = geometry::Vec3::Zero();
   geometry::Vec3 accel_mps2 = geometry::Vec3::Zero();
 };
 
-/// Pulls the recordings of a fleet out of a world, message by message. The vehicles' LiDARs and
-/// inertial sensors do not tick together: each vehicle but the first has a phase of its own.
+/// Generates the recordings of a fleet in a world, message by message. The sensors of different
+/// vehicles are not synchronised: each vehicle but the first has its own clock phase.
 class FleetSimulation {
  public:
   ~FleetSimulation();
   FleetSimulation(const FleetSimulation&) = delete;
   FleetSimulation& operator=(const FleetSimulation&) = delete;
 
-  /// The next message of all vehicles in the order of arrival; nothing at the end, or, when not
-  /// scripted, when the vehicles have not driven any further yet.
+  /// The next message of all vehicles in the order of arrival. Empty at the end, or, if not
+  /// scripted, when messages have reached the end of the driven trajectories.
   [[nodiscard]] std::optional<FleetMessage> next();
 
-  /// Sweeps are cast with this from now on; nothing depends on it. Must outlive the simulation.
+  /// Casts scans with this executor from now on; results do not depend on it. It must outlive this.
   void use(Executor& executor);
 
-  /// The sweep behind the last LidarScan of next().
-  [[nodiscard]] const RawSweep& last_raw_sweep() const;
-  /// Behind the last RangeSample of next().
+  /// The raw scan of the last LidarScan of next().
+  [[nodiscard]] const RawScan& last_raw_scan() const;
+  /// Ground truth of the last RangeSample of next().
   [[nodiscard]] const RangeTruth& last_range_truth() const;
 
-  /// Exact motion; t is clamped to what has been driven.
+  /// Exact motion; t is clamped to the driven trajectory.
   [[nodiscard]] Truth truth(int vehicle, Time t) const;
-  [[nodiscard]] Time t_begin() const;
-  /// Of a scripted simulation: the end. Else: how far the vehicles have driven.
+  [[nodiscard]] Time t_start() const;
+  /// Scripted: the end of the simulation. Otherwise: the end of the driven trajectories.
   [[nodiscard]] Time t_end() const;
   [[nodiscard]] int vehicles() const;
   [[nodiscard]] bool scripted() const;
-  [[nodiscard]] double way_m(int vehicle) const;
+  [[nodiscard]] double path_m(int vehicle) const;
 
   [[nodiscard]] const sensor::Calibration& calibration_true(int vehicle) const;
   [[nodiscard]] const sensor::Calibration& calibration_nominal(int vehicle) const;
   [[nodiscard]] const std::vector<AntennaMount>& antennas(int vehicle) const;
-  /// As of the vehicle's last inertial sample.
+  /// At the vehicle's last inertial sample.
   [[nodiscard]] ImuBias imu_bias(int vehicle) const;
   [[nodiscard]] const LidarModel& lidar_model() const;
   [[nodiscard]] const UwbModel& uwb() const;
-  /// Of a scripted simulation.
+  /// For a scripted simulation.
   [[nodiscard]] const std::vector<RoundTimes>& rounds() const;
 
   [[nodiscard]] const World& world() const;
@@ -104,11 +104,11 @@ class FleetSimulation {
 
   [[nodiscard]] const RayCaster& ray_caster() const;
 
-  /// The radios as they stand at time t, for messages between vehicles.
+  /// The radio model and each vehicle's end at time t, for messages between vehicles.
   [[nodiscard]] RadioModel& radio();
   [[nodiscard]] RadioEnd radio_end(int vehicle, Time t) const;
 
-  /// To drive vehicles that are not scripted: step() it, then take messages until next() has none.
+  /// Drives vehicles that are not scripted: step() it, then take messages until next() has none.
   [[nodiscard]] FleetMotion& motion();
 
  private:

@@ -23,7 +23,7 @@ std::unique_ptr<FleetSimulation> make(World world, const FleetOptions& o) {
   return std::move(*sim);
 }
 
-/// Everything that one vehicle's recording receives, as numbers.
+/// All messages of one vehicle's recording, as numbers.
 std::vector<double> trace(FleetSimulation& sim, int vehicle) {
   std::vector<double> out;
   while (const auto m = sim.next()) {
@@ -41,7 +41,7 @@ std::vector<double> trace(FleetSimulation& sim, int vehicle) {
   return out;
 }
 
-/// Runs blocks backwards: what depended on their order would show.
+/// Runs blocks in reverse: a dependence on their order would show.
 class BackwardExecutor final : public Executor {
  public:
   void for_blocks(std::size_t n, std::size_t block,
@@ -56,7 +56,7 @@ TEST(FleetSimulation, messages_of_all_vehicles_come_in_order_of_arrival) {
   FleetOptions o = quiet_fleet(2);
   o.vehicle.duration_s = 1.0;
   const auto sim = make(room(2), o);
-  Time last = sim->t_begin();
+  Time last = sim->t_start();
   int scans[2] = {0, 0};
   int samples[2] = {0, 0};
   int ranges = 0;
@@ -82,7 +82,7 @@ TEST(FleetSimulation, messages_of_all_vehicles_come_in_order_of_arrival) {
     last = t;
   }
   EXPECT_EQ(scans[0], 10);
-  EXPECT_EQ(scans[1], 9);  // its LiDAR has a phase of its own
+  EXPECT_EQ(scans[1], 9);  // its LiDAR has its own phase
   EXPECT_EQ(samples[0], 201);
   EXPECT_EQ(samples[1], 200);
   EXPECT_EQ(ranges, 20);
@@ -122,13 +122,13 @@ TEST(FleetSimulation, another_vehicle_changes_no_noise_of_the_first) {
 TEST(FleetSimulation, a_vehicle_is_seen_where_it_is_at_the_instant_of_the_ray) {
   FleetOptions o = quiet_fleet(2);
   o.vehicle.duration_s = 5.0;
-  const auto sim = make(room(2), o);  // 2 drives past 1, which stands
+  const auto sim = make(room(2), o);  // vehicle 2 drives past vehicle 1, which is stationary
   int seen = 0;
   while (const auto m = sim->next()) {
     const auto* scan = std::get_if<ScanPtr>(&m->data);
     if (scan == nullptr || m->vehicle != 0) continue;
     for (std::size_t i = 0; i < (*scan)->size(); i += 5) {
-      const Time t = (*scan)->t_begin + Duration::from_s(static_cast<double>((*scan)->dt_s[i]));
+      const Time t = (*scan)->t_start + Duration::from_s(static_cast<double>((*scan)->dt_s[i]));
       const Vec3 p((*scan)->x_m[i], (*scan)->y_m[i], (*scan)->z_m[i]);
       const SE3 T_world_lidar =
           sim->truth(0, t).state.T_world_body * sim->calibration_true(0).T_body_lidar;
@@ -144,16 +144,16 @@ TEST(FleetSimulation, a_vehicle_is_seen_where_it_is_at_the_instant_of_the_ray) {
 
 TEST(FleetSimulation, the_anchor_stands_while_the_others_drive_and_the_role_moves_on) {
   FleetOptions o = quiet_fleet(2);
-  o.pause_s = 4.0;  // until the springs are quiet
+  o.pause_s = 4.0;  // until the suspension has settled
   const auto sim = make(room(2), o);
   ASSERT_EQ(sim->rounds().size(), 2U);
   for (const RoundTimes& round : sim->rounds()) {
     const int anchor = round.anchor;
     double driven = 0.0;
-    Vec3 last = sim->truth(1 - anchor, sim->t_begin() + Duration::from_s(round.begin_s))
+    Vec3 last = sim->truth(1 - anchor, sim->t_start() + Duration::from_s(round.start_s))
                     .state.T_world_body.p;
-    for (double t = round.begin_s; t < round.end_s; t += 0.1) {
-      const Time time = sim->t_begin() + Duration::from_s(t);
+    for (double t = round.start_s; t < round.end_s; t += 0.1) {
+      const Time time = sim->t_start() + Duration::from_s(t);
       EXPECT_LT(sim->truth(anchor, time).state.v_world_mps.norm(), 1e-3);
       const Vec3 p = sim->truth(1 - anchor, time).state.T_world_body.p;
       driven += (p - last).norm();
@@ -161,7 +161,7 @@ TEST(FleetSimulation, the_anchor_stands_while_the_others_drive_and_the_role_move
     }
     EXPECT_GT(driven, 4.0);
   }
-  EXPECT_NEAR(sim->rounds()[1].begin_s - sim->rounds()[0].end_s, o.pause_s, 0.03);
+  EXPECT_NEAR(sim->rounds()[1].start_s - sim->rounds()[0].end_s, o.pause_s, 0.03);
 }
 
 TEST(FleetSimulation, ranges_without_errors_are_those_between_the_true_antennas) {
@@ -216,7 +216,7 @@ TEST(FleetSimulation, shipped_scenes_drive_their_rounds_without_meeting_anybody)
     const auto world = world_for(make_world(scene, 1), vehicles);
     ASSERT_TRUE(world.has_value());
     const auto sim = make(*world, quiet_fleet(vehicles));
-    for (Time t = sim->t_begin(); t < sim->t_end(); t = t + Duration::from_s(0.2)) {
+    for (Time t = sim->t_start(); t < sim->t_end(); t = t + Duration::from_s(0.2)) {
       for (int a = 0; a < vehicles; ++a) {
         for (int b = a + 1; b < vehicles; ++b) {
           const double apart =

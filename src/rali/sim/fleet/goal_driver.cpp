@@ -8,7 +8,7 @@ using geometry::Vec3;
 
 void GoalDriver::go(std::vector<Vec3> places_world_m) {
   places_ = std::move(places_world_m);
-  on_way_ = around_ = false;
+  on_path_ = around_ = false;
   tries_ = shut_ = 0;
   wait_until_s_ = 0.0;
   ++report_.goals;
@@ -18,19 +18,19 @@ void GoalDriver::go(std::vector<Vec3> places_world_m) {
 
 void GoalDriver::stop() {
   places_.clear();
-  on_way_ = false;
+  on_path_ = false;
   rover().halt();
   report_.status = DriveStatus::kStanding;
 }
 
 namespace {
 
-constexpr double kFar_m = 15.0;  // those will have moved on
-constexpr int kShut = 2;         // the first time it may have come just too early
+constexpr double kFar_m = 15.0;  // vehicles farther away will have moved on
+constexpr int kShut = 2;         // after one failure a vehicle may have just stopped there
 
 }  // namespace
 
-/// Nobody who is near will move on by itself.
+/// True if all nearby vehicles are stationary and without a path.
 bool GoalDriver::others_stand() const {
   for (int v = 0; v < fleet_->vehicles(); ++v) {
     const Rover& other = fleet_->rover(v);
@@ -57,13 +57,13 @@ void GoalDriver::set_out() {
     report_.status = DriveStatus::kBlocked;
     return;
   }
-  const Result<PlannedWay> way = planner_->plan(rover().ground(), places_, others);
-  if (way) {
-    rover().follow(way->corners, way->rounding_m);
-    on_way_ = true;
+  const Result<PlannedPath> path = planner_->plan(rover().ground(), places_, others);
+  if (path) {
+    rover().follow(path->corners, path->rounding_m);
+    on_path_ = true;
     return;
   }
-  // A way that another vehicle blocks may become free; a wall stays.
+  // A path blocked by another vehicle may become free; a wall stays.
   if (around_) {
     around_ = false;
     if (others_stand()) ++shut_;
@@ -76,15 +76,15 @@ void GoalDriver::set_out() {
 
 void GoalDriver::update() {
   if (places_.empty()) return;
-  if (on_way_) {
+  if (on_path_) {
     if (rover().idle()) {
       places_.clear();
-      on_way_ = false;
+      on_path_ = false;
       report_.status = DriveStatus::kArrived;
     } else if (fleet_->waited_s(vehicle_) > options_->blocked_s * (1.0 + 0.3 * vehicle_)) {
-      // Not all at once: two that stand before each other would try the same side.
+      // Different waiting times: two vehicles facing each other would both try the same side.
       rover().halt();
-      on_way_ = false;
+      on_path_ = false;
       around_ = true;
       ++tries_;
     }

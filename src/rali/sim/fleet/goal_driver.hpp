@@ -6,15 +6,15 @@
 
 namespace rali::sim {
 
-/// Brings one vehicle to its goals: stops, plans, follows, and tries other ways when another
-/// vehicle stands in front of it.
+/// Drives one vehicle to its goals: stops, plans, follows, and tries other paths when another
+/// vehicle blocks it.
 class GoalDriver {
  public:
-  GoalDriver(int vehicle, FleetMotion& fleet, const WayPlanner& planner,
+  GoalDriver(int vehicle, FleetMotion& fleet, const PathPlanner& planner,
              const ClosedLoopOptions& options)
       : vehicle_(vehicle), fleet_(&fleet), planner_(&planner), options_(&options) {}
 
-  /// @param places_world_m  to visit in order, near the ground
+  /// @param places_world_m  waypoints to visit in order, near the ground
   void go(std::vector<geometry::Vec3> places_world_m);
   void stop();
 
@@ -32,14 +32,14 @@ class GoalDriver {
 
   int vehicle_;
   FleetMotion* fleet_;
-  const WayPlanner* planner_;
+  const PathPlanner* planner_;
   const ClosedLoopOptions* options_;
-  std::vector<geometry::Vec3> places_;  ///< world; empty: no goal
-  bool on_way_ = false;                 ///< follows a way to places_
-  bool around_ = false;                 ///< the next way avoids the other vehicles
+  std::vector<geometry::Vec3> places_;  ///< waypoints, world; empty: no goal
+  bool on_path_ = false;                ///< follows a path to places_
+  bool around_ = false;                 ///< the next path avoids the other vehicles
   int tries_ = 0;
-  int shut_ = 0;               ///< times that vehicles without a goal left no way
-  double wait_until_s_ = 0.0;  ///< no new way before
+  int shut_ = 0;               ///< times that vehicles without a goal blocked all paths
+  double wait_until_s_ = 0.0;  ///< no new path before this time
   DriveReport report_;
 };
 

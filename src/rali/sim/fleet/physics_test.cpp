@@ -1,4 +1,4 @@
-// What holds for any recording of the simulator, checked on recordings with all errors on.
+// Properties of any recording of the simulator, checked on recordings with all errors on.
 #include <cmath>
 
 #include <Eigen/Geometry>
@@ -19,17 +19,17 @@ std::unique_ptr<FleetSimulation> recording(Scene scene, int vehicles, const Flee
   return std::move(*sim);
 }
 
-/// Distances to the mesh of some points of the sweeps from 2.7 s on, each placed by the true pose
-/// of its own instant; without those on the other vehicle.
+/// Distances to the mesh of some points of the scans from 2.7 s on, without points on the other
+/// vehicle. Each point is transformed by the true pose of its own instant.
 std::vector<double> distances_to_mesh(FleetSimulation& sim) {
   std::vector<double> out;
   std::size_t skip = 0;
   while (const auto m = sim.next()) {
     const auto* scan = std::get_if<std::shared_ptr<const sensor::LidarScan>>(&m->data);
-    if (scan == nullptr || seconds_between(sim.t_begin(), (*scan)->t_begin) < 2.7) continue;
+    if (scan == nullptr || seconds_between(sim.t_start(), (*scan)->t_start) < 2.7) continue;
     const sensor::LidarScan& s = **scan;
     for (std::size_t i = skip; i < s.size(); i += 1499) {
-      const Time t = s.t_begin + Duration::from_s(static_cast<double>(s.dt_s[i]));
+      const Time t = s.t_start + Duration::from_s(static_cast<double>(s.dt_s[i]));
       const SE3 T = sim.truth(m->vehicle, t).state.T_world_body *
                     sim.calibration_true(m->vehicle).T_body_lidar;
       const Vec3 p = T * Vec3(static_cast<double>(s.x_m[i]), static_cast<double>(s.y_m[i]),
@@ -56,7 +56,8 @@ TEST(Physics, scans_accumulated_by_true_poses_lie_on_the_mesh_within_the_range_n
       squares += x * x;
       EXPECT_LT(x, 4.5 * o.vehicle.ranging.noise_m);
     }
-    // Oblique rays move along the surface: the spread is below that of the range, not far below.
+    // Oblique rays move along the surface: the spread is below that of the range, but not far
+    // below.
     const double rms = std::sqrt(squares / static_cast<double>(d.size()));
     EXPECT_LT(rms, o.vehicle.ranging.noise_m);
     EXPECT_GT(rms, 0.25 * o.vehicle.ranging.noise_m);

@@ -17,7 +17,7 @@ using geometry::Vec6;
 namespace {
 
 constexpr double kSubstep_s = 0.001;  // of the suspension's integration
-constexpr double kEnd_m = 0.02;       // a way ends this early, as in make_trajectory()
+constexpr double kEnd_m = 0.02;       // a path ends this early, as in make_trajectory()
 
 double carried_height_m(const MotionOptions& o) {
   const double hand = o.carrier == Carrier::kDrone ? 1.2 : 0.9;
@@ -49,44 +49,44 @@ bool Rover::standing() const { return !turn_ && wish_ == 0.0 && smooth_ == 0.0; 
 void Rover::follow(const std::vector<Vec3>& corners, double rounding_m) {
   RALI_ASSERT(idle());
   constexpr double kThere_m = 0.1;
-  std::vector<Vec3> way{ground_};
+  std::vector<Vec3> path{ground_};
   for (const Vec3& corner : corners) {
-    const double apart_m = (corner - way.back()).norm();
-    if (apart_m >= (way.size() == 1 ? kThere_m : 1e-3)) way.push_back(corner);
+    const double apart_m = (corner - path.back()).norm();
+    if (apart_m >= (path.size() == 1 ? kThere_m : 1e-3)) path.push_back(corner);
   }
-  if (way.size() < 2) return;
+  if (path.size() < 2) return;
   Rng rng(seed_, "leg " + std::to_string(legs_++));
-  route_.emplace(way, rounding_m);
+  route_.emplace(path, rounding_m);
   profile_.emplace(*route_, options_, true, rng);
   wander_.emplace(route_->length_m(), options_.wander_m, rng.next());
   const double heading = route_->yaw_at(0.0);
   const double by = std::remainder(heading - yaw_, 2.0 * std::numbers::pi);
   yaw_offset_ = yaw_ + by - heading;
   const double climb = std::atan(route_->slope_at(0.0));
-  // A turn of this shape has 1.875 times its mean rate in the middle.
+  // The peak rate of this profile is 1.875 times its mean rate.
   const double whole_s =
       std::max(0.6, 1.875 * std::abs(by) / (options_.yaw_rate_max_radps * options_.speed_factor));
   turn_ = Turn{yaw_, by, climb_, climb - climb_, 0.0, whole_s};
-  wish_ = wish_m_ = way_m_ = 0.0;
+  wish_ = wish_m_ = path_m_ = 0.0;
   halting_ = at_end_ = false;
 }
 
 void Rover::halt() { halting_ = true; }
 
-Vec3 Rover::on_way(double s_m) const {
+Vec3 Rover::on_path(double s_m) const {
   const double yaw = route_->yaw_at(s_m);
   return route_->point_at(s_m) + wander_->at(s_m) * Vec3(-std::sin(yaw), std::cos(yaw), 0.0);
 }
 
 Vec3 Rover::ground_ahead(double ahead_m) const {
   if (!route_) return ground_;
-  return on_way(std::min(way_m_ + ahead_m, route_->length_m()));
+  return on_path(std::min(path_m_ + ahead_m, route_->length_m()));
 }
 
 double Rover::stopping_m() const {
   const double deceleration = options_.acceleration_mps2 * options_.speed_factor;
-  // The smoothing still drives what was wished before.
-  return (wish_m_ - way_m_) + wish_ * wish_ / (2.0 * deceleration);
+  // Smoothing delays the commanded speed, so distance already commanded is still driven.
+  return (wish_m_ - path_m_) + wish_ * wish_ / (2.0 * deceleration);
 }
 
 /// Smooth in heading, rate and acceleration (minimum-jerk profile).
@@ -94,9 +94,9 @@ void Rover::turn() {
   Turn& t = *turn_;
   t.done_s = std::min(t.done_s + kTick_s, t.whole_s);
   const double u = t.done_s / t.whole_s;
-  const double share = u * u * u * (10.0 + u * (-15.0 + 6.0 * u));
-  yaw_ = t.from_rad + t.by_rad * share;
-  climb_ = t.from_climb_rad + t.by_climb_rad * share;
+  const double fraction = u * u * u * (10.0 + u * (-15.0 + 6.0 * u));
+  yaw_ = t.from_rad + t.by_rad * fraction;
+  climb_ = t.from_climb_rad + t.by_climb_rad * fraction;
   turn_rate_ = t.by_rad * 30.0 * u * u * (1.0 - u) * (1.0 - u) / t.whole_s;
   if (t.done_s >= t.whole_s) turn_.reset();
 }
@@ -113,7 +113,7 @@ void Rover::drive() {
   wish_ = wished_speed();
   wish_m_ += wish_ * kTick_s;
   if (wish_m_ >= route_->length_m() - kEnd_m) at_end_ = true;
-  way_m_ = std::min(way_m_ + smooth_ * kTick_s, route_->length_m());
+  path_m_ = std::min(path_m_ + smooth_ * kTick_s, route_->length_m());
   driven_m_ += smooth_ * kTick_s;
   wishes_[tick_ % kSmooth] = wish_;
   double sum = 0.0;
@@ -122,9 +122,9 @@ void Rover::drive() {
   smooth_ = sum / static_cast<double>(kSmooth);
   mean_speed_ = 0.5 * (before + smooth_);
   accel_ = (smooth_ - before) / kTick_s;
-  ground_ = on_way(way_m_);
-  yaw_ = route_->yaw_at(way_m_) + yaw_offset_ + std::atan(wander_->slope(way_m_));
-  climb_ = std::atan(route_->slope_at(way_m_));
+  ground_ = on_path(path_m_);
+  yaw_ = route_->yaw_at(path_m_) + yaw_offset_ + std::atan(wander_->slope(path_m_));
+  climb_ = std::atan(route_->slope_at(path_m_));
 }
 
 Vec6 Rover::offsets(const DriveState& drive) {
@@ -139,7 +139,8 @@ Vec6 Rover::offsets(const DriveState& drive) {
     out[4] -= climb_;
     return out;
   }
-  // Hands that stand sway little, a drone hovers as it flies; before the first way both are down.
+  // A standing person sways little, a hovering drone as in flight; before the first path both are
+  // down.
   const double idle_sway = options_.carrier == Carrier::kDrone ? 1.0 : 0.3;
   const double goal = legs_ == 0 ? 0.0 : (standing() ? idle_sway : 1.0);
   const double step = kTick_s / 2.0;
@@ -167,7 +168,7 @@ void Rover::step() {
   } else {
     halting_ = false;
   }
-  const double bend = route_ ? route_->curvature_at(way_m_) : 0.0;
+  const double bend = route_ ? route_->curvature_at(path_m_) : 0.0;
   const double yaw_rate = mean_speed_ * bend + turn_rate_;
   double& oldest = yaw_rates_[tick_ % kSteer];
   const double steer = (yaw_rate - oldest) / (static_cast<double>(kSteer) * kTick_s);

@@ -10,33 +10,33 @@
 
 namespace rali::sim {
 
-/// One vehicle that is driven while time goes on: differential drive on springs that turns on the
-/// spot, follows ways, waits and stops. Its trajectory grows tick by tick and is twice
-/// differentiable whatever it is told, so its inertial samples are exact.
+/// One vehicle driven step by step: a differential drive with suspension that turns on the spot,
+/// follows paths, waits and stops. Its trajectory grows tick by tick. It is twice differentiable
+/// whatever the commands are, so its inertial samples are exact.
 class Rover {
  public:
   static constexpr double kTick_s = 0.02;  ///< time between control points of the trajectory
 
-  /// Stands at `start` with three ticks of standing behind it (a spline needs four points).
+  /// Starts at `start` after three ticks of standstill (a spline needs four points).
   Rover(const MotionOptions& options, const VehicleStart& start, std::uint64_t seed);
 
-  /// Goes along these corners on the ground from where it stands; only if idle(). First corners
-  /// nearer than 0.1 m to the vehicle are left out; with none left it stays idle.
+  /// Follows these corners on the ground from its current position; only if idle(). First corners
+  /// closer than 0.1 m to the vehicle are left out; with none left it stays idle.
   void follow(const std::vector<geometry::Vec3>& corners, double rounding_m);
 
-  /// Brakes; with false goes on along its way.
+  /// Brakes; with false it continues along its path.
   void hold(bool waiting) { holding_ = waiting; }
 
-  /// Brakes to a stop and forgets its way.
+  /// Brakes to a stop and discards its path.
   void halt();
 
   /// One tick.
   void step();
 
-  /// Stands and has no way to go.
+  /// At standstill without a path to follow.
   [[nodiscard]] bool idle() const { return !route_.has_value(); }
 
-  /// Does not move, neither along its way nor turning.
+  /// Does not move, neither along its path nor turning.
   [[nodiscard]] bool standing() const;
 
   [[nodiscard]] const geometry::Vec3& ground() const { return ground_; }
@@ -45,19 +45,19 @@ class Rover {
 
   [[nodiscard]] double speed_mps() const { return smooth_; }
 
-  /// Where it will be on the ground `ahead_m` further along its way (at most its end).
+  /// Its position on the ground `ahead_m` further along its path (at most the end).
   [[nodiscard]] geometry::Vec3 ground_ahead(double ahead_m) const;
 
-  /// Length of way that it needs to stop.
+  /// Distance needed to stop.
   [[nodiscard]] double stopping_m() const;
 
   [[nodiscard]] const Trajectory& trajectory() const { return trajectory_; }
 
  private:
-  static constexpr std::size_t kSmooth = 25;  ///< ticks of the mean that limits the jerk
-  static constexpr std::size_t kSteer = 5;    ///< ticks over which steering is measured
+  static constexpr std::size_t kSmooth = 25;  ///< ticks of the moving average that limits the jerk
+  static constexpr std::size_t kSteer = 5;    ///< ticks over which the steering rate is computed
 
-  /// Turning on the spot before a way.
+  /// Turn on the spot before a path.
   struct Turn {
     double from_rad = 0.0, by_rad = 0.0;
     double from_climb_rad = 0.0, by_climb_rad = 0.0;
@@ -67,7 +67,7 @@ class Rover {
   void turn();
   void drive();
   [[nodiscard]] double wished_speed() const;
-  [[nodiscard]] geometry::Vec3 on_way(double s_m) const;
+  [[nodiscard]] geometry::Vec3 on_path(double s_m) const;
   [[nodiscard]] geometry::Vec6 offsets(const DriveState& drive);
   [[nodiscard]] Trajectory::Control control(const geometry::Vec6& offsets) const;
 
@@ -86,12 +86,12 @@ class Rover {
   double yaw_offset_ = 0.0;  ///< whole turns between the route's heading and the vehicle's
   bool holding_ = false, halting_ = false, at_end_ = false;
 
-  double wish_ = 0.0;    ///< speed before smoothing
-  double wish_m_ = 0.0;  ///< way driven with it
+  double wish_ = 0.0;    ///< commanded speed before smoothing
+  double wish_m_ = 0.0;  ///< distance integrated from it
   std::array<double, kSmooth> wishes_{};
   std::size_t tick_ = 0;
   double smooth_ = 0.0;  ///< speed
-  double way_m_ = 0.0;   ///< on the route
+  double path_m_ = 0.0;  ///< on the route
   double driven_m_ = 0.0;
   double turn_rate_ = 0.0;
   std::array<double, kSteer> yaw_rates_{};

@@ -21,7 +21,7 @@ TEST(Rover, turns_on_the_spot_and_arrives_where_its_way_ends) {
   Rover rover = cart();
   rover.follow({{0.0, 0.0, 0.0}, {-6.0, 0.0, 0.0}, {-6.0, 4.0, 0.0}}, 1.0);
   double turned_m = 0.0;
-  while (std::abs(rover.yaw_rad()) < 3.0) {  // the way begins behind it
+  while (std::abs(rover.yaw_rad()) < 3.0) {  // the path begins behind it
     rover.step();
     turned_m = std::max(turned_m, rover.ground().norm());
   }
@@ -51,7 +51,7 @@ TEST(Rover, motion_under_any_commands_integrates_from_its_exact_inertial_samples
   rover.follow({{0.0, 0.0, 0.0}}, 1.0);
   steps(300);
   const internal::Drift drift = internal::integrate(rover.trajectory(), 3.0, 10.0, 400.0);
-  EXPECT_GT(drift.way_m, 5.0);
+  EXPECT_GT(drift.path_m, 5.0);
   EXPECT_LT(drift.position_m, 0.01);
   EXPECT_LT(drift.rotation_rad, 1e-3);
 }
@@ -71,14 +71,14 @@ TEST(Rover, slips_to_no_side) {
   Rover rover = cart(5);
   rover.follow({{4.0, 0.0, 0.0}, {4.0, 4.0, 0.0}, {0.0, 6.0, 0.0}}, 1.2);
   drive(rover);
-  double aside_m = 0.0;
+  double lateral_m = 0.0;
   for (double t = 0.0; t < rover.trajectory().duration_s(); t += 0.05) {
     const MotionState s = rover.trajectory().at(t);
     const double yaw = geometry::rpy_from_rotation(s.T_world_body.R).z();
-    aside_m = std::max(
-        aside_m, std::abs(-std::sin(yaw) * s.v_world_mps.x() + std::cos(yaw) * s.v_world_mps.y()));
+    lateral_m = std::max(lateral_m, std::abs(-std::sin(yaw) * s.v_world_mps.x() +
+                                             std::cos(yaw) * s.v_world_mps.y()));
   }
-  EXPECT_LT(aside_m, 0.08);
+  EXPECT_LT(lateral_m, 0.08);
 }
 
 TEST(Rover, a_way_that_ends_where_it_stands_is_none) {

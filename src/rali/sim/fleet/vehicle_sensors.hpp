@@ -12,11 +12,11 @@ namespace rali::sim {
 /// LiDAR and inertial sensor of one vehicle of a fleet, with its clock phases.
 class VehicleSensors {
  public:
-  /// @param trajectory  of the vehicle; must outlive this
+  /// @param trajectory  of the vehicle; must outlive this object
   VehicleSensors(const SimOptions& options, int vehicle, const Trajectory& trajectory,
                  MovingScene others);
 
-  /// When the next one arrives, in seconds since the start.
+  /// Arrival time of the next message, in seconds since the start.
   [[nodiscard]] double next_imu_s() const;
   [[nodiscard]] double next_scan_s() const;
 
@@ -24,7 +24,7 @@ class VehicleSensors {
   [[nodiscard]] std::shared_ptr<const sensor::LidarScan> take_scan(const RayCaster& world,
                                                                    Executor& executor);
 
-  [[nodiscard]] const RawSweep& raw_sweep() const { return lidar_.raw(); }
+  [[nodiscard]] const RawScan& raw_scan() const { return lidar_.raw(); }
 
   [[nodiscard]] const LidarModel& lidar_model() const { return lidar_.model(); }
 

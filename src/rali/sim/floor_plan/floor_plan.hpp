@@ -5,9 +5,9 @@
 
 namespace rali::sim {
 
-/// A thing that stands in free space: a box, or a cylinder if it has a radius.
+/// An object in free space: a box, or a cylinder if it has a radius.
 struct Furniture {
-  geometry::Vec2 at = geometry::Vec2::Zero();      ///< its middle
+  geometry::Vec2 at = geometry::Vec2::Zero();      ///< its centre
   geometry::Vec2 size_m = geometry::Vec2::Ones();  ///< length and width of a box
   double radius_m = 0.0;                           ///< > 0: a cylinder
   double bottom_m = 0.0, top_m = 1.0;

@@ -15,10 +15,10 @@ using geometry::Vec2;
 
 namespace {
 
-constexpr double kSnap_m = 1e-6;   // corners nearer than this are one
-constexpr double kProbe_m = 2e-5;  // from an edge to the points that tell its sides apart
-constexpr std::size_t kWallsMost = 5000;
-constexpr std::size_t kPiecesMost = 200'000;
+constexpr double kSnap_m = 1e-6;   // closer corners are merged
+constexpr double kProbe_m = 2e-5;  // from an edge to the points that sample its two sides
+constexpr std::size_t kWallsMax = 5000;
+constexpr std::size_t kPiecesMax = 200'000;
 
 struct Edge {
   Vec2 a, b;
@@ -76,14 +76,14 @@ bool point_less(const Vec2& a, const Vec2& b) {
   return std::pair(a.x(), a.y()) < std::pair(b.x(), b.y());
 }
 
-/// The wall over the piece a to b, if its sides differ.
+/// Adds a wall over the segment a to b if its sides differ.
 void add_wall(const std::vector<FreeArea>& areas, const Vec2& a, const Vec2& b,
               std::vector<WallPiece>& walls) {
   const Vec2 along = (b - a).normalized();
-  const Vec2 aside = kProbe_m * Vec2(-along.y(), along.x());
+  const Vec2 lateral = kProbe_m * Vec2(-along.y(), along.x());
   const Vec2 middle = 0.5 * (a + b);
-  const FreeArea* left = area_at(areas, middle + aside);
-  const FreeArea* right = area_at(areas, middle - aside);
+  const FreeArea* left = area_at(areas, middle + lateral);
+  const FreeArea* right = area_at(areas, middle - lateral);
   const double height_left = left != nullptr ? left->height_m : 0.0;
   const double height_right = right != nullptr ? right->height_m : 0.0;
   if (height_left == height_right) return;
@@ -99,11 +99,11 @@ bool continues(const WallPiece& one, const WallPiece& next) {
   return std::abs(cross2(u, (next.b - next.a).normalized())) < 1e-9;
 }
 
-/// Joins pieces that follow each other on one line.
+/// Joins consecutive segments on one line.
 std::vector<WallPiece> joined(const std::vector<WallPiece>& pieces) {
   std::vector<WallPiece> walls;
   std::vector<char> used(pieces.size(), 0);
-  for (std::size_t i = 0; i < pieces.size(); ++i) {  // sorted by a: what follows comes later
+  for (std::size_t i = 0; i < pieces.size(); ++i) {  // sorted by a: successors come later
     if (used[i] != 0) continue;
     WallPiece wall = pieces[i];
     for (std::size_t j = i + 1; j < pieces.size(); ++j) {
@@ -171,10 +171,10 @@ Result<Outline> outline_of(const std::vector<FreeArea>& areas) {
   for (const Edge& edge : edges) cuts += edge.cuts.size();
   const auto too_many = [] {
     return fail(ErrorCode::kUsage, "floor_plan",
-                fmt::format("its areas cut each other into more than {} walls", kWallsMost),
+                fmt::format("its areas cut each other into more than {} walls", kWallsMax),
                 "Use fewer corners.");
   };
-  if (cuts > kPiecesMost) return too_many();
+  if (cuts > kPiecesMax) return too_many();
   std::set<std::tuple<double, double, double, double>> seen;
   std::vector<WallPiece> pieces;
   for (Edge& edge : edges) {
@@ -186,7 +186,7 @@ Result<Outline> outline_of(const std::vector<FreeArea>& areas) {
       if (point_less(b, a)) std::swap(a, b);
       if (!seen.insert({a.x(), a.y(), b.x(), b.y()}).second) continue;
       add_wall(areas, a, b, pieces);
-      if (pieces.size() > kWallsMost) return too_many();
+      if (pieces.size() > kWallsMax) return too_many();
     }
   }
   std::sort(pieces.begin(), pieces.end(), [](const WallPiece& p, const WallPiece& q) {

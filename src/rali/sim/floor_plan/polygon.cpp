@@ -24,7 +24,7 @@ double area_m2(const Polygon& polygon) {
   return 0.5 * std::abs(twice);
 }
 
-/// True if the pieces a-b and c-d share a point.
+/// True if the segments a-b and c-d share a point.
 bool meet(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
   const auto side = [](const Vec2& p, const Vec2& q, const Vec2& r) {
     const double value = cross2(q - p, r - p);

@@ -6,7 +6,7 @@
 
 namespace rali::sim::internal {
 
-/// A convex polygon cut out of a triangle by planes x, y or z = constant.
+/// A convex polygon, clipped from a triangle by planes x, y or z = constant.
 struct ClipPolygon {
   // Each cut adds at most one corner: six cuts of a triangle give nine.
   std::array<geometry::Vec3, 12> corners;
@@ -19,8 +19,8 @@ struct ClipPolygon {
   }
 };
 
-/// The part of `in` with sign * p[axis] <= sign * limit (Sutherland and Hodgman 1974); what only
-/// touches the plane stays.
+/// The part of `in` with sign * p[axis] <= sign * limit (Sutherland and Hodgman 1974); points that
+/// only touch the plane are kept.
 [[nodiscard]] inline ClipPolygon clipped(const ClipPolygon& in, int axis, double limit,
                                          double sign) {
   ClipPolygon out;

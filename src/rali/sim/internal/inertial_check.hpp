@@ -7,15 +7,15 @@
 
 namespace rali::sim::internal {
 
-/// How far integrated inertial samples end from the truth.
+/// Error at the end of integrated inertial samples against ground truth.
 struct Drift {
   double position_m = 0.0;
   double rotation_rad = 0.0;
-  double way_m = 0.0;  ///< of the stretch
+  double path_m = 0.0;  ///< of the integrated interval
 };
 
-/// Integrates the exact inertial samples of a stretch of a trajectory (trapezoidal rule), from the
-/// true state at its start. For tests.
+/// Integrates the exact inertial samples of a part of a trajectory (trapezoidal rule), starting
+/// from the true state. For tests.
 inline Drift integrate(const Trajectory& trajectory, double from_s, double span_s, double rate_hz) {
   using geometry::Vec3;
   const MotionState start = trajectory.at(from_s);
@@ -35,7 +35,7 @@ inline Drift integrate(const Trajectory& trajectory, double from_s, double span_
     v += dt * accel;
     t += dt;
     const Vec3 p = trajectory.pose_at(t).p;
-    drift.way_m += (p - last).norm();
+    drift.path_m += (p - last).norm();
     last = p;
   }
   const geometry::SE3 truth = trajectory.pose_at(end_s);

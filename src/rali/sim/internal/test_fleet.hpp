@@ -5,7 +5,7 @@
 namespace rali::sim::internal {
 
 /// A hall of 20 x 14 x 3 m with pillars and, for up to three vehicles, two short rounds: the first
-/// stands while the second drives past it, then the other way round. For tests.
+/// vehicle is stationary while the second drives past it, then the reverse. For tests.
 inline World room(int vehicles) {
   World world;
   world.mesh.add_box({5.0, 0.0, 0.0}, {20.0, 14.0, 3.0}, 0.0, 0.6);
@@ -20,7 +20,7 @@ inline World room(int vehicles) {
   return world;
 }
 
-/// No sensor has an error; small sweeps of 16 rings.
+/// All sensors without errors; small scans of 16 rings.
 inline FleetOptions quiet_fleet(int vehicles) {
   FleetOptions o;
   o.vehicles = vehicles;

@@ -11,21 +11,21 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr std::size_t kMostSurfaces = 32;
+constexpr std::size_t kMaxSurfaces = 32;
 constexpr double kPairWithin_m = 0.5;
 
 struct Surfaces {
-  std::array<double, kMostSurfaces> at_m{};  ///< distance from the start
+  std::array<double, kMaxSurfaces> at_m{};  ///< distance from the start
   std::size_t count = 0;
 };
 
 Surfaces surfaces_between(const RayCaster& world, const Vec3& a, const Vec3& direction,
                           double distance) {
-  // The next ray starts a little behind the last surface, else it would find it again.
+  // The next ray starts slightly behind the last surface, else it would hit it again.
   constexpr double kStep_m = 0.002;
   Surfaces s;
   double from = 0.0;
-  while (from < distance && s.count < kMostSurfaces) {
+  while (from < distance && s.count < kMaxSurfaces) {
     const Hit hit = world.cast(a + from * direction, direction, distance - from);
     if (hit.range_m <= 0.0F) break;
     from += static_cast<double>(hit.range_m);
@@ -51,8 +51,8 @@ void add_sheets_and_pairs(const Surfaces& s, double sheet_m, Obstruction& o) {
   }
 }
 
-/// Does the line from a to b come nearer to the axis of an upright cylinder than its radius,
-/// between its ends?
+/// True if the line from a to b passes the axis of an upright cylinder within its radius, between
+/// its ends.
 bool crosses(const Vec3& a, const Vec3& b, const RadioBody& body) {
   const geometry::Vec2 line = (b - a).head<2>();
   const geometry::Vec2 to = (body.foot_m - a).head<2>();

@@ -6,14 +6,14 @@
 #include "rali/geometry/so3.hpp"
 #include "rali/sim/radio/uwb_model.hpp"
 
-// Places and small statistics that the tests of this folder share.
+// Positions, worlds and statistics that the tests of this folder share.
 namespace rali::sim {
 
 inline constexpr Time kTestStart = Time::from_ns(1'700'000'000'000'000'000);
 
 inline Time at_s(double t_s) { return kTestStart + Duration::from_s(t_s); }
 
-/// A vehicle's radio in its origin.
+/// Radio at the origin of a vehicle's body.
 inline RadioEnd end_at(int vehicle, const geometry::Vec3& p, double yaw_rad = 0.0) {
   RadioEnd end;
   end.vehicle = vehicle;
@@ -21,7 +21,7 @@ inline RadioEnd end_at(int vehicle, const geometry::Vec3& p, double yaw_rad = 0.
   return end;
 }
 
-/// Nothing but one small box far away: an empty mesh is none.
+/// One small box far away: the ray caster rejects an empty mesh.
 inline RayCaster open_air() {
   TriangleMesh mesh;
   mesh.add_box({0.0, 0.0, -900.0}, {1.0, 1.0, 1.0}, 0.0, 0.5);

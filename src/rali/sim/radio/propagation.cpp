@@ -22,7 +22,7 @@ double free_space_loss_db(double distance_m, double frequency_hz) {
 }
 
 double reported_power_dbm(double true_dbm, double ceiling_dbm) {
-  // In the form that does not overflow: the smaller of the two, less what the other costs.
+  // In a form that does not overflow: the smaller power minus the loss by the other.
   const double low = std::min(true_dbm, ceiling_dbm);
   const double high = std::max(true_dbm, ceiling_dbm);
   return low - 10.0 * std::log10(1.0 + std::pow(10.0, (low - high) / 10.0));
@@ -37,7 +37,7 @@ Multipath multipath_between(const RayCaster& world, const Vec3& a, const Vec3& b
   const double distance = (b - a).norm();
   if (distance < 1e-3 || o.reflection <= 0.0) return {};
   const Vec3 along = (b - a) / distance;
-  // Beside means level unless the line is steep.
+  // The side direction is horizontal unless the line is steep.
   const Vec3 reference = std::abs(along.z()) < 0.9 ? Vec3::UnitZ() : Vec3::UnitX();
   const Vec3 side = along.cross(reference).normalized();
   const Vec3 up = side.cross(along);
@@ -74,14 +74,15 @@ double Wandering::next(Time t, double tau_s, Rng& rng) {
   return value_;
 }
 
-bool Burst::next(Time t, double share, double length_s, Rng& rng) {
-  // Rates out 1/length and in share/((1 - share) length): the chance after dt in closed form.
+bool Burst::next(Time t, double fraction, double length_s, Rng& rng) {
+  // Rates: off 1/length, on fraction/((1 - fraction) length); the probability after dt in closed
+  // form.
   const double draw = rng.uniform();
-  double chance = share;
-  if (started_ && share < 1.0) {
-    const double rate = 1.0 / (length_s * (1.0 - share));
+  double chance = fraction;
+  if (started_ && fraction < 1.0) {
+    const double rate = 1.0 / (length_s * (1.0 - fraction));
     const double keep = std::exp(-rate * std::max(0.0, seconds_between(last_, t)));
-    chance += ((on_ ? 1.0 : 0.0) - share) * keep;
+    chance += ((on_ ? 1.0 : 0.0) - fraction) * keep;
   }
   const bool was_on = started_ && on_;
   on_ = draw < chance;

@@ -7,22 +7,22 @@
 
 namespace rali::sim {
 
-/// Loss of power over a distance against that at 1 m: 10 n log10(d). Below 0.1 m it stays.
+/// Path loss relative to 1 m: 10 n log10(d). Constant below 0.1 m.
 [[nodiscard]] double path_loss_db(double distance_m, double exponent);
 
 /// Free-space loss between isotropic antennas [dB]: 20 log10(4 pi d f / c) (Friis).
 [[nodiscard]] double free_space_loss_db(double distance_m, double frequency_hz);
 
-/// A power as a receiver reports it that saturates at `ceiling_dbm`: 1 / (1/p + 1/ceiling) in mW.
+/// Power reported by a receiver that saturates at `ceiling_dbm`: 1 / (1/p + 1/ceiling) in mW.
 [[nodiscard]] double reported_power_dbm(double true_dbm, double ceiling_dbm);
 
-/// Probability that a packet gets lost: 1/2 at the sensitivity, 12 % with 2 dB more.
+/// Probability that a packet is lost: 1/2 at the sensitivity, 12 % at 2 dB more.
 [[nodiscard]] double loss_probability(double power_dbm, double sensitivity_dbm);
 
-/// What reflections at the surfaces beside, above and below the line of sight do.
+/// Effect of reflections from the surfaces beside, above and below the line of sight.
 struct Multipath {
-  double range_error_m = 0.0;  ///< by reflections inside the pulse of the direct path
-  double power_db = 0.0;       ///< of all paths against the direct one alone
+  double range_error_m = 0.0;  ///< from reflections within the pulse of the direct path
+  double power_db = 0.0;       ///< of all paths relative to the direct one alone
 };
 
 struct MultipathOptions {
@@ -32,14 +32,14 @@ struct MultipathOptions {
   double wavelength_m = 0.075;  ///< 4 GHz
 };
 
-/// Four mirror images, found by rays to both sides, up and down from the middle of the line a-b.
-/// Depends on the place alone: two antennas at rest have a constant error, moving ones a quickly
-/// changing one, in corridors a larger one the farther they are apart.
+/// Four mirror images, located by rays to both sides, up and down from the middle of the line a-b.
+/// Depends on the positions alone. Two stationary antennas have a constant error, moving ones a
+/// quickly changing one; in corridors it grows with their distance.
 [[nodiscard]] Multipath multipath_between(const RayCaster& world, const geometry::Vec3& a,
                                           const geometry::Vec3& b, const MultipathOptions& options);
 
-/// A value of mean 0 and sd 1 that wanders: correlation exp(-dt/tau) (Ornstein-Uhlenbeck). Exact
-/// for any steps of time; takes one random number per step.
+/// Random process of mean 0 and sd 1 with correlation exp(-dt/tau) (Ornstein-Uhlenbeck). Exact
+/// for any time step; takes one random number per step.
 class Wandering {
  public:
   double next(Time t, double tau_s, Rng& rng);
@@ -50,12 +50,12 @@ class Wandering {
   double value_ = 0.0;
 };
 
-/// A state that comes and goes (two-state Markov process), on for `share` of the time and for
-/// `length_s` on average; takes one random number per step. Exact for any steps of time.
+/// On-off process (two-state Markov process), on for `fraction` of the time and for `length_s` on
+/// average; takes one random number per step. Exact for any time step.
 class Burst {
  public:
-  /// True while on. `began()` says whether it went on in this step.
-  bool next(Time t, double share, double length_s, Rng& rng);
+  /// True while on. `began()` is true if it switched on in this step.
+  bool next(Time t, double fraction, double length_s, Rng& rng);
 
   [[nodiscard]] bool began() const { return began_; }
 

@@ -37,8 +37,8 @@ TEST(Propagation, one_echo_off_the_ground_by_hand) {
   o.pulse_m = 0.3;
   o.reflection = 0.5;
   o.wavelength_m = 0.1;
-  // 8 m apart, 3 m high: the echo is hypot(8, 6) = 10 m long, 2 m or 20 waves more: turned by the
-  // reflection it opposes the direct path with 0.5 * 8 / 10.
+  // 8 m apart, 3 m high: the reflected path is hypot(8, 6) = 10 m long, 2 m or 20 wavelengths more.
+  // With its phase reversed it opposes the direct path with amplitude 0.5 * 8 / 10.
   const Multipath m = multipath_between(ground, {-4.0, 0.0, 3.0}, {4.0, 0.0, 3.0}, o);
   EXPECT_NEAR(m.range_error_m, -0.1 * 0.4 * std::exp(-2.0 / 0.3), 1e-7);
   EXPECT_NEAR(m.power_db, 20.0 * std::log10(0.6), 1e-3);
@@ -66,7 +66,7 @@ TEST(Propagation, bursts_take_their_share_and_last_their_time_at_any_rate) {
       began += burst.began() ? 1 : 0;
     }
     EXPECT_NEAR(on / static_cast<double>(steps), 0.2, 0.025) << step_s;
-    // Seen at steps, a burst is a little longer than its mean: unseen gaps close.
+    // Sampled at steps, bursts appear slightly longer than their mean: short gaps are missed.
     EXPECT_NEAR(step_s * on / began, 1.5, 0.35) << step_s;
   }
 }
@@ -77,7 +77,7 @@ TEST(Obstruction, nothing_in_the_open_and_one_wall_of_its_thickness) {
   const Obstruction wall = trace_line(one_wall(), {0, 0, 1}, {10, 0, 1}, 0.1);
   EXPECT_EQ(wall.walls, 1);
   EXPECT_NEAR(wall.thickness_m, 0.2, 1e-5);
-  // At 60 deg to the normal twice as much of it is crossed.
+  // At 60 deg to the normal the crossed thickness doubles.
   const double along = 10.0 * std::tan(M_PI / 3.0);
   const Obstruction askew = trace_line(one_wall(), {0, 0, 1}, {10, along, 1}, 0.1);
   EXPECT_EQ(askew.walls, 1);

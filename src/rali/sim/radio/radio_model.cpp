@@ -78,7 +78,7 @@ std::optional<Time> RadioModel::send(Time t, std::size_t bytes, const RadioEnd& 
   Time& free = link.free[a.vehicle];
   const Time begin = std::max(free, t);
   if (seconds_between(t, begin) > o.max_queue_s) return std::nullopt;
-  // A lost packet takes its time on the air as well.
+  // A lost packet occupies the channel as well.
   free = begin + Duration::from_s(8.0 * static_cast<double>(bytes) / o.data_rate_bps);
   if (lost) return std::nullopt;
   return free + Duration::from_s(o.delay_s + jitter);

@@ -19,20 +19,20 @@ struct RadioOptions {
   double rate_hz = 1.0;              ///< readings of signal strength per second and pair
   double power_1m_dbm = -30.0;       ///< received power at 1 m
   double path_loss_exponent = 2.2;   ///< 2 is free space
-  double wall_thickness_m = 0.15;    ///< of walls that are single sheets
+  double wall_thickness_m = 0.15;    ///< of walls that the mesh has as single sheets
   double wall_loss_db = 3.0;         ///< per wall crossed
   double wall_loss_db_per_m = 15.0;  ///< and per metre of it
-  double max_wall_loss_db = 45.0;    ///< what goes around has no more loss than this
-  double body_loss_db = 3.0;         ///< of a vehicle or person in the way
+  double max_wall_loss_db = 45.0;    ///< upper limit: signals also travel around walls
+  double body_loss_db = 3.0;         ///< of a vehicle or person in the line of sight
   double fading_db = 4.0;            ///< sd of slow fading
   double fading_time_s = 5.0;        ///< its correlation time
   double power_noise_db = 1.0;       ///< sd of one reading
-  double sensitivity_dbm = -88.0;    ///< power with which half the packets get lost
+  double sensitivity_dbm = -88.0;    ///< power at which half the packets are lost
   double loss_fraction = 0.005;      ///< of packets with a strong signal
   double data_rate_bps = 5e6;        ///< of one direction of a pair
   double delay_s = 0.008;            ///< of an empty packet
-  double delay_jitter_s = 0.004;     ///< mean of what is added
-  double max_queue_s = 2.0;          ///< a packet that would wait longer is lost
+  double delay_jitter_s = 0.004;     ///< mean of the additional delay
+  double max_queue_s = 2.0;          ///< a packet that would wait longer is dropped
 
   /// No loss, no noise, no delay but that of the data rate.
   [[nodiscard]] static RadioOptions ideal();
@@ -59,20 +59,20 @@ struct RadioOptions {
   }
 };
 
-/// Radio link between the vehicles of a fleet. Each pair has random streams of its own.
+/// Radio link between the vehicles of a fleet. Each pair has its own random streams.
 class RadioModel {
  public:
   RadioModel(const RadioOptions& options, std::uint64_t seed) : options_(options), seed_(seed) {}
 
-  /// Strength with which `b` hears `a` at time t, as its radio reports it; nothing when it hears
-  /// nothing (see loss_probability). To be asked in time order for each pair.
+  /// Signal strength of `a` that the radio of `b` reports at time t; empty if `b` receives nothing
+  /// (see loss_probability). Call in time order for each pair.
   [[nodiscard]] std::optional<sensor::RadioSample> measure(Time t, const RadioEnd& a,
                                                            const RadioEnd& b,
                                                            const RayCaster& world,
                                                            std::span<const RadioBody> bodies = {});
 
-  /// When a packet that `a` sends at time t reaches `b`: after those sent before it, the time its
-  /// bits take, and a random delay. Nothing if it gets lost.
+  /// Arrival time at `b` of a packet that `a` sends at time t: it waits for earlier packets, then
+  /// takes its transmission time and a random delay. Empty if it is lost.
   [[nodiscard]] std::optional<Time> send(Time t, std::size_t bytes, const RadioEnd& a,
                                          const RadioEnd& b, const RayCaster& world,
                                          std::span<const RadioBody> bodies = {});
@@ -84,15 +84,15 @@ class RadioModel {
   [[nodiscard]] const RadioOptions& options() const { return options_; }
 
  private:
-  /// Fading is the same in both directions; queue and chance are not.
+  /// Fading is the same in both directions; queue and packet loss are not.
   struct Link {
     Link(std::uint64_t seed, const std::string& name);
 
     Rng fade, noise, loss, delay;
     Wandering fading;
     std::optional<Time> last;  ///< of `fading`
-    double fading_sd = 0.0;    ///< its value then
-    std::map<int, Time> free;  ///< by sender: when its last packet has left
+    double fading_sd = 0.0;    ///< value of `fading` at that time
+    std::map<int, Time> free;  ///< by sender: end of transmission of its last packet
   };
 
   [[nodiscard]] Link& link_of(int a, int b);

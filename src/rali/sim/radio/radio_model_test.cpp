@@ -46,14 +46,14 @@ TEST(RadioModel, packets_follow_each_other_at_the_data_rate) {
   const RadioEnd a = end_at(0, {0, 0, 1});
   const RadioEnd b = end_at(1, {10, 0, 1});
   const RayCaster air = open_air();
-  // 12500 bytes are 100 ms of this link.
+  // 12500 bytes take 100 ms on this link.
   const auto first = model.send(kStart, 12500, a, b, air);
   const auto second = model.send(kStart, 12500, a, b, air);
-  const auto other_way = model.send(kStart, 12500, b, a, air);
-  ASSERT_TRUE(first && second && other_way);
+  const auto other_path = model.send(kStart, 12500, b, a, air);
+  ASSERT_TRUE(first && second && other_path);
   EXPECT_NEAR(seconds_between(kStart, *first), 0.11, 1e-9);
   EXPECT_NEAR(seconds_between(kStart, *second), 0.21, 1e-9);
-  EXPECT_NEAR(seconds_between(kStart, *other_way), 0.11, 1e-9);
+  EXPECT_NEAR(seconds_between(kStart, *other_path), 0.11, 1e-9);
   EXPECT_TRUE(model.send(kStart, 300000, a, b, air));  // 2.4 s on the air
   EXPECT_FALSE(model.send(kStart, 1, a, b, air));      // would wait longer than 2 s
   EXPECT_TRUE(model.send(at_s(1.0), 1, a, b, air));
@@ -76,7 +76,7 @@ TEST(RadioModel, loss_has_its_share_and_delay_its_mean) {
   EXPECT_NEAR(moments(delays).mean, 0.02, 0.001);
 }
 
-TEST(RadioModel, out_of_reach_nothing_is_heard) {
+TEST(RadioModel, out_of_reach_nothing_is_received) {
   RadioModel model(RadioOptions{}, 1);
   const RadioEnd a = end_at(0, {0, 0, 1});
   const RadioEnd b = end_at(1, {9000, 0, 1});

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-// Tables of real ranges and the figures of their errors.
+// Tables of real ranges and statistics of their errors.
 namespace rali::sim {
 
-/// A table with a header line; cells that are no numbers become NaN.
+/// A table with a header line; cells that are not numbers become NaN.
 struct Table {
   std::map<std::string, std::size_t> column;
   std::vector<std::vector<double>> rows;

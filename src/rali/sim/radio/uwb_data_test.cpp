@@ -15,9 +15,9 @@
 #include "rali/sim/radio/recorded_ranges_for_test.hpp"
 #include "rali/sim/radio/uwb_model.hpp"
 
-// The model against real ranges (data pack, folder uwb_pairs). Each test gives the model the
-// distances and directions of the recording, prints both side by side as rows of the table in
-// docs/reference/simulator.md, and holds it to the tolerances stated.
+// The model against real ranges (data pack, folder uwb_pairs). Each test runs the model on the
+// distances and directions of the recording. It prints both side by side as rows of the table in
+// docs/reference/simulator.md and checks the stated tolerances.
 namespace rali::sim {
 namespace {
 
@@ -47,12 +47,12 @@ void print_row(const char* what, const Figures& real, const Figures& model) {
 }
 
 struct Tolerance {
-  double mean_m, sd_share, p1_m, p99_m;
+  double mean_m, sd_fraction, p1_m, p99_m;
 };
 
 void expect_alike(const Figures& real, const Figures& model, const Tolerance& t) {
   EXPECT_NEAR(model.mean, real.mean, t.mean_m);
-  EXPECT_NEAR(model.sd / real.sd, 1.0, t.sd_share);
+  EXPECT_NEAR(model.sd / real.sd, 1.0, t.sd_fraction);
   EXPECT_NEAR(model.p1, real.p1, t.p1_m);
   EXPECT_NEAR(model.p99, real.p99, t.p99_m);
 }
@@ -69,8 +69,7 @@ RayCaster field(bool panel) {
   return RayCaster(mesh);
 }
 
-/// Nothing is known of the poses of the units: each pair of devices looks in a direction of its
-/// own.
+/// The orientations of the units are unknown: each pair of devices gets its own direction.
 RadioEnd end_at(int vehicle, const Vec3& p, double yaw_rad) {
   RadioEnd end;
   end.vehicle = vehicle;
@@ -78,8 +77,8 @@ RadioEnd end_at(int vehicle, const Vec3& p, double yaw_rad) {
   return end;
 }
 
-/// UWB-dataset, outdoors, both ends still: 30 distances, 7 heights. The model with 40 pairs of
-/// devices, for the bias of the one real pair is a sample of one.
+/// UWB-dataset, outdoors, both ends stationary: 30 distances, 7 heights. The model has 40 pairs of
+/// devices, because the bias of the one real pair is a sample of one.
 struct StaticField {
   std::vector<double> real, model;
 };
@@ -146,11 +145,10 @@ TEST(UwbData, reported_power_falls_with_distance_like_that_of_the_DW1000) {
   }
 }
 
-/// One tag driving among four anchors; truth by GNSS at 8 Hz. Held out: no default comes from it.
-/// The lever arm between tag and GNSS antenna is not given; near the anchors it is most of the
-/// error, so only what is farther than 10 m counts. What is left of it and the GNSS itself widen
-/// the real spread to the left, and four anchors are four samples of the pair bias: hence the wide
-/// tolerances.
+/// One tag driving among four anchors; ground truth by GNSS at 8 Hz. Held out: no default comes
+/// from it. The lever arm between tag and GNSS antenna is unknown. It dominates the error near the
+/// anchors, so only ranges above 10 m count. Its remainder and GNSS errors widen the real spread to
+/// the left. Four anchors are only four samples of the pair bias. Hence the wide tolerances.
 StaticField compare_drive(const std::string& name) {
   const Table gnss = read_table(data_folder() / "outdoor_dynamic" / (name + "_gnss.csv"));
   const Table ranges = read_table(data_folder() / "outdoor_dynamic" / (name + "_ranges.csv"));
@@ -205,7 +203,7 @@ TEST(UwbData, a_drive_outdoors_that_no_default_comes_from_is_met) {
 }
 
 /// murp: three robots with six antennas each in a motion capture room, means over 1 s of 25 Hz.
-/// `every`: of the rows, the model simulates one in so many.
+/// `every`: the model simulates one of this many rows.
 StaticField compare_robots(const std::string& trial, std::size_t every) {
   UwbOptions o;
   o.pair_bias_m = 0.0;
@@ -282,7 +280,7 @@ Trolley read_trolley() {
   return trolley;
 }
 
-/// Errors of anchor `a` to tag `g`, every fifth exchange.
+/// Range errors between anchor `a` and tag `g`, every fifth exchange.
 StaticField compare_link(const Trolley& trolley, std::size_t a, std::size_t g, UwbModel& model,
                          const RayCaster& room) {
   static const std::vector<Vec3> anchors{{-3.4203, 3.0053, 1.0442},  {0.0016, 3.0110, 1.0446},
@@ -311,15 +309,15 @@ StaticField compare_link(const Trolley& trolley, std::size_t a, std::size_t g, U
   return found;
 }
 
-/// Held out but for the patterns of the antennas; the constant bias of each link is taken off on
-/// both sides and compared apart.
+/// Held out except for the antenna patterns; the constant bias of each link is removed on both
+/// sides and compared separately.
 TEST(UwbData, tags_on_a_trolley_wander_as_much_as_in_the_model) {
   SKIP_WITHOUT_DATA();
   const Trolley trolley = read_trolley();
   ASSERT_GT(trolley.truth.size(), 1000U);
   UwbOptions o;
   o.pair_bias_m = 0.17;
-  o.clear_burst_fraction = 0.0;  // nothing stands above the tags
+  o.clear_burst_fraction = 0.0;  // nothing obstructs the tags
   TriangleMesh mesh;
   mesh.add_box({0.0, 0.0, 0.0}, {9.0, 8.0, 4.0}, 0.0, 0.5);
   const RayCaster room(mesh);

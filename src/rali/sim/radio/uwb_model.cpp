@@ -16,7 +16,7 @@ namespace {
 
 double exponential(Rng& rng) { return -std::log(1.0 - rng.uniform()); }
 
-/// Direction of `to` in the body's frame, about its z axis.
+/// Azimuth of `to` in the body frame, about its z axis.
 double azimuth_of(const RadioEnd& end, const Vec3& to) {
   const Vec3 d = end.T_world_body.R.transpose() * (to - end.position());
   return std::atan2(d.y(), d.x());
@@ -113,7 +113,8 @@ double UwbModel::pair_bias_m(int vehicle_a, int antenna_a, int vehicle_b, int an
 
 AntennaPattern UwbModel::pattern(int vehicle, int antenna) const {
   Rng rng(seed_, fmt::format("uwb pattern {}.{}", vehicle, antenna));
-  // Each of the four terms has half its square as mean square: together angle_bias_m^2.
+  // The mean square of each of the four terms is half its coefficient's variance: together
+  // angle_bias_m^2.
   const double sd = options_.angle_bias_m / std::sqrt(2.0);
   AntennaPattern p;
   p.c1 = sd * rng.normal();
@@ -145,9 +146,9 @@ double UwbModel::loss_db(const Obstruction& between) const {
 
 namespace {
 
-/// How much of the full effect an obstacle has on noise and bursts, 0..1: a receiver finds a first
-/// path that is a little weaker as well as before.
-double blocked_share(const UwbOptions& o, double loss_db) {
+/// Fraction of the full effect an obstacle has on noise and bursts, 0..1: receivers detect a
+/// slightly weaker first path as reliably as before.
+double blocked_fraction(const UwbOptions& o, double loss_db) {
   const double width = std::max(0.1, o.blocked_full_db - o.blocked_from_db);
   return std::clamp((loss_db - o.blocked_from_db) / width, 0.0, 1.0);
 }
@@ -156,11 +157,11 @@ double blocked_share(const UwbOptions& o, double loss_db) {
 
 double UwbModel::excess_m(Link& link, Time t, const Obstruction& between) const {
   const UwbOptions& o = options_;
-  const double blocked = blocked_share(o, loss_db(between));
-  const double share = std::lerp(o.clear_burst_fraction, o.blocked_burst_fraction, blocked);
+  const double blocked = blocked_fraction(o, loss_db(between));
+  const double fraction = std::lerp(o.clear_burst_fraction, o.blocked_burst_fraction, blocked);
   const double mean = std::lerp(o.clear_burst_m, o.blocked_burst_m, blocked);
-  const bool missed = link.missed.next(t, share, o.burst_time_s, link.burst);
-  const double draw = exponential(link.excess);  // always taken: streams stay in step
+  const bool missed = link.missed.next(t, fraction, o.burst_time_s, link.burst);
+  const double draw = exponential(link.excess);  // always drawn: keeps streams in step
   if (link.missed.began()) link.burst_excess = draw;
   return between.thickness_m * (o.wall_index - 1.0) + between.bodies * o.body_delay_m +
          (missed ? link.burst_excess * mean : 0.0);
@@ -184,7 +185,7 @@ UwbModel::Power UwbModel::power_of(Link& link, Time t, double distance_m, double
   const double fading = o.fading_db * link.fading.next(t, kFadingTime_s, link.fade);
   const double direct =
       o.power_1m_dbm - path_loss_db(distance_m, o.path_loss_exponent) - loss_db + fading;
-  // Half of the loss is made up for by ways around; the first path has it all.
+  // Indirect paths make up for half of the loss; the first path has all of it.
   return {direct + 0.5 * loss_db + echoes_db, direct - o.first_path_gap_db};
 }
 
@@ -204,7 +205,7 @@ std::optional<sensor::RangeSample> UwbModel::measure(Time t, const RadioEnd& a, 
   truth_ = {t, distance, !between.clear(), systematic_bias_m(link, a, b, distance)};
   truth_.excess_m = excess_m(link, t, between) + echoes.range_error_m;
   const double loss = loss_db(between);
-  const double noise = noise_m(link, t, distance, blocked_share(o, loss));
+  const double noise = noise_m(link, t, distance, blocked_fraction(o, loss));
   const Power power = power_of(link, t, distance, loss, echoes.power_db);
   const double reading = link.power.normal() * o.power_noise_db;
   const double first_reading = link.power.normal() * o.power_noise_db;

@@ -26,17 +26,17 @@ struct RadioEnd {
   [[nodiscard]] geometry::Vec3 position() const { return T_world_body * p_body_antenna; }
 };
 
-/// What one exchange would have measured without errors, and what was in its way.
+/// Ground truth of one exchange, and its obstructions.
 struct RangeTruth {
   Time t;                   ///< true time of the exchange
   double distance_m = 0.0;  ///< between the antennas
   bool obstructed = false;  ///< by walls, vehicles or persons
-  double bias_m = 0.0;      ///< pair + both antennas' angle + distance: what repeats itself
-  double excess_m = 0.0;    ///< walls, bursts, reflections: what depends on the place
+  double bias_m = 0.0;      ///< pair + both antennas' angle + distance: the systematic part
+  double excess_m = 0.0;    ///< walls, bursts, reflections: the part that depends on the position
   bool outlier = false;     ///< a gross error was added
 };
 
-/// An antenna's bias by the direction in which it looks: two harmonics of azimuth,
+/// Bias of an antenna by the direction to the other end: two harmonics of azimuth,
 /// c1 cos(a) + s1 sin(a) + c2 cos(2a) + s2 sin(2a) [m].
 struct AntennaPattern {
   double c1 = 0.0, s1 = 0.0, c2 = 0.0, s2 = 0.0;
@@ -44,18 +44,18 @@ struct AntennaPattern {
   [[nodiscard]] double at(double azimuth_rad) const;
 };
 
-/// Two-way ranging between the antennas of a fleet. Each pair of antennas has random streams of
-/// its own: more vehicles or fewer exchanges elsewhere change nothing for a pair.
+/// Two-way ranging between the antennas of a fleet. Each pair of antennas has its own random
+/// streams: other vehicles or exchanges do not change its data.
 class UwbModel {
  public:
-  /// @param start  when the stamps' drift is zero; nothing: at the first exchange
+  /// @param start  time at which the stamps have no drift; empty: the first exchange
   UwbModel(const UwbOptions& options, int vehicles, std::uint64_t seed,
            std::optional<Time> start = std::nullopt);
 
-  /// One exchange at true time t; to be asked in time order for each pair. Symmetric: the ends may
-  /// be swapped, the sample is from `a` to `b` and stamped by the clock of `a`. Nothing if it got
-  /// lost; last_truth() is then valid too.
-  /// @param bodies  vehicles and persons that may be in the way, without the two ends
+  /// One exchange at true time t; call in time order for each pair. Symmetric: the ends may be
+  /// swapped, the sample is from `a` to `b` and stamped by the clock of `a`. Empty if it was lost;
+  /// last_truth() is then valid too.
+  /// @param bodies  vehicles and persons that may obstruct the signal, without the two ends
   [[nodiscard]] std::optional<sensor::RangeSample> measure(Time t, const RadioEnd& a,
                                                            const RadioEnd& b,
                                                            const RayCaster& world,
@@ -68,7 +68,7 @@ class UwbModel {
                                    int antenna_b) const;
   [[nodiscard]] AntennaPattern pattern(int vehicle, int antenna) const;
 
-  /// Error of the stamps of a vehicle's radio at time t, without jitter.
+  /// Error of a vehicle's radio stamps at time t, without jitter.
   [[nodiscard]] double stamp_error_s(int vehicle, Time t) const;
 
   [[nodiscard]] const UwbOptions& options() const { return options_; }
@@ -76,14 +76,14 @@ class UwbModel {
  private:
   using PairKey = std::array<int, 4>;  ///< vehicle and antenna of the lower end, then of the other
 
-  /// What a pair of antennas remembers.
+  /// State of a pair of antennas.
   struct Link {
     Link(std::uint64_t seed, const std::string& name);
 
     Rng white, slow, burst, excess, rare, power, fade, stamp;
     Wandering slow_error, fading;
     Burst missed;
-    double burst_excess = 0.0;  ///< in units of its mean, of the burst that is on
+    double burst_excess = 0.0;  ///< of the current burst, in units of its mean
     double pair_bias_sd = 0.0;  ///< in units of its sd
   };
 

@@ -36,7 +36,7 @@ TEST(UwbModel, without_errors_it_measures_between_the_antennas_not_the_bodies) {
   EXPECT_EQ(sample->t, kStart);
   EXPECT_EQ(sample->from.value, 0);
   EXPECT_EQ(sample->to.value, 1);
-  // 20 dB below the power at 1 m, and the first path is all there is.
+  // 20 dB below the power at 1 m; all power is in the first path.
   EXPECT_NEAR(sample->rssi_dbm, -52.0 - 20.0 * std::log10(sample->range_m), 1e-9);
   EXPECT_NEAR(sample->first_path_dbm, sample->rssi_dbm, 1e-9);
   EXPECT_FALSE(model.last_truth().obstructed);
@@ -54,7 +54,7 @@ TEST(UwbModel, one_wall_makes_the_range_longer_by_its_thickness_times_index_less
   EXPECT_NEAR(sample->range_m, 10.0 + 0.2 * 1.2, 1e-5);
   EXPECT_TRUE(model.last_truth().obstructed);
   EXPECT_NEAR(model.last_truth().excess_m, 0.24, 1e-5);
-  // 2 dB + 0.2 m * 25 dB/m = 7 dB: the first path has all of it, the total half.
+  // 2 dB + 0.2 m * 25 dB/m = 7 dB: the first path loses all of it, the total half.
   EXPECT_NEAR(sample->first_path_dbm, -72.0 - 7.0, 1e-3);
   EXPECT_NEAR(sample->rssi_dbm, -72.0 - 3.5, 1e-3);
 }
@@ -65,7 +65,7 @@ TEST(UwbModel, bias_by_antenna_angle_is_that_of_both_patterns) {
   UwbOptions o = UwbOptions::ideal();
   o.angle_bias_m = 0.05;
   UwbModel model(o, 2, 7);
-  // b stands at 90 deg to the left of the world's x; a looks 30 deg left, b 200 deg.
+  // b is at 90 deg to the left of the world's x; a has a heading of 30 deg, b of 200 deg.
   const double yaw_a = M_PI / 6.0;
   const double yaw_b = 200.0 * M_PI / 180.0;
   const auto sample =
@@ -119,7 +119,7 @@ TEST(UwbModel, far_bias_reaches_63_percent_at_its_scale) {
   EXPECT_NEAR(sample->range_m - 16.0, 0.3 * (1.0 - std::exp(-1.0)), 1e-9);
 }
 
-TEST(UwbModel, loss_and_outliers_have_their_shares) {
+TEST(UwbModel, loss_and_outliers_have_their_fractions) {
   UwbOptions o = UwbOptions::ideal();
   o.loss_fraction = 0.1;
   o.outlier_fraction = 0.05;
@@ -139,7 +139,7 @@ TEST(UwbModel, behind_a_wall_ranges_are_longer_noisier_and_come_in_bursts) {
   const RayCaster world = one_wall();
   const RayCaster air = open_air();
   UwbOptions o;
-  o.multipath_m = 0.0;  // the wall's own echo is not the question
+  o.multipath_m = 0.0;  // without the wall's own reflection
   o.outlier_fraction = 0.0;
   UwbModel model(o, 2, 4), free(o, 2, 4);
   const RadioEnd a = end_at(0, {0, 0, 1});

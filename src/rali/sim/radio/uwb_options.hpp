@@ -6,13 +6,13 @@ namespace rali::sim {
 
 /// Errors of ultra-wideband two-way ranging and of its signal strengths. The defaults are those of
 /// a LinkTrack-like radio on small ground vehicles indoors; dw1000() is a bare DW1000 on a mast.
-/// Where each number comes from: docs/reference/simulator.md.
+/// Sources of all numbers: docs/reference/simulator.md.
 struct UwbOptions {
   double rate_hz = 20.0;        ///< exchanges per second and pair of antennas
   double max_range_m = 150.0;   ///< farther exchanges are lost
   double sigma_m = 0.03;        ///< sd of the white noise at short distance
-  double sigma_per_m = 0.0005;  ///< times the distance, added in squares
-  double slow_sigma_m = 0.035;  ///< sd of an error that wanders
+  double sigma_per_m = 0.0005;  ///< times the distance, added in quadrature
+  double slow_sigma_m = 0.035;  ///< sd of a slowly varying error
   double slow_time_s = 3.0;     ///< its correlation time
 
   double pair_bias_m = 0.05;       ///< mean over pairs of antennas of the constant bias
@@ -26,19 +26,19 @@ struct UwbOptions {
   double wall_loss_db = 2.0;         ///< per wall crossed
   double wall_loss_db_per_m = 25.0;  ///< and per metre of it
   double body_loss_db = 6.0;         ///< of a vehicle or person in the line of sight
-  double body_delay_m = 0.05;        ///< longer way around or through one
+  double body_delay_m = 0.05;        ///< additional path length around or through one
 
-  double blocked_from_db = 3.0;   ///< obstacles of less loss only make the way longer
+  double blocked_from_db = 3.0;   ///< obstacles of less loss only lengthen the path
   double blocked_full_db = 13.0;  ///< obstacles of this loss have the full effect of what follows
   double blocked_sigma_m = 0.10;  ///< additional white noise behind obstacles
-  double blocked_burst_fraction = 0.6;  ///< of the time the first path is missed behind obstacles
-  double blocked_burst_m = 0.6;         ///< mean of what is then added
-  double clear_burst_fraction = 0.04;   ///< the same in line of sight: own structure in the way
+  double blocked_burst_fraction = 0.6;  ///< of the time the first path is missed, if obstructed
+  double blocked_burst_m = 0.6;         ///< mean of the error then added
+  double clear_burst_fraction = 0.04;   ///< the same in line of sight: obstructed by own structure
   double clear_burst_m = 0.30;          ///< the same in line of sight
   double burst_time_s = 1.5;            ///< mean length of a burst
 
   double multipath_m = 0.05;  ///< error per reflection as strong and as long as the direct path
-  double pulse_m = 0.35;      ///< reflections longer than this are told apart
+  double pulse_m = 0.35;      ///< longer reflections are separated from the direct path
   double reflection = 0.5;    ///< amplitude of a reflected path
   double outlier_fraction = 0.0005;  ///< of gross errors
   double outlier_m = 5.0;            ///< mean size of a gross error, either sign
@@ -46,18 +46,18 @@ struct UwbOptions {
 
   double power_1m_dbm = -52.0;      ///< received power at 1 m
   double path_loss_exponent = 2.0;  ///< 2 is free space
-  double ceiling_dbm = -78.6;       ///< the estimate of the chip saturates here
-  double sensitivity_dbm = -98.0;   ///< received power with which half the exchanges get lost
+  double ceiling_dbm = -78.6;       ///< the reported power saturates here
+  double sensitivity_dbm = -98.0;   ///< received power at which half the exchanges are lost
   double fading_db = 1.0;           ///< sd of slow fading
   double power_noise_db = 0.35;     ///< sd of one reading
   double first_path_gap_db = 0.8;   ///< first path below the total in line of sight
   double resolution_m = 0.001;      ///< step of the reported range
 
-  double stamp_offset_s = 0.005;  ///< sd over vehicles of the constant error of the stamps
-  double stamp_drift_ppm = 1.0;   ///< sd over vehicles of its growth
+  double stamp_offset_s = 0.005;  ///< sd over vehicles of the constant stamp error
+  double stamp_drift_ppm = 1.0;   ///< sd over vehicles of the drift
   double stamp_jitter_s = 0.001;  ///< sd of one stamp
 
-  /// The same radio without any error but walls in the way of a signal.
+  /// The same radio without any error except delays by obstructing walls.
   [[nodiscard]] static UwbOptions ideal();
 
   /// A DW1000 module without calibration, on a mast (UWB-dataset, docs/reference/simulator.md).

@@ -11,7 +11,7 @@ using geometry::Vec3;
 World loop(Rng rng) {
   World world;
   Builder build(world.mesh, rng);
-  // Middle lines of the corridors enclose `length` x `width`; their sum fixes the way to 160 m.
+  // Centre lines of the corridors enclose `length` x `width`; their sum fixes the path at 160 m.
   const double length = rng.uniform(46.0, 52.0);
   const double width = 80.0 - length;
   const double half = 0.5 * rng.uniform(2.4, 3.0);
@@ -76,8 +76,8 @@ World corridor(Rng rng) {
 World storey(Rng rng) {
   World world;
   Builder build(world.mesh, rng);
-  // Hall [0, hall_x] x [0, hall_y]; a corridor leaves it eastwards at y = door, meets a crossing
-  // corridor at x = cross, which leads north to a third one back west above the hall.
+  // Hall [0, hall_x] x [0, hall_y]. A corridor leaves it eastwards at y = door and meets a crossing
+  // corridor at x = cross. That one leads north to a third, which returns west above the hall.
   const double hall_x = rng.uniform(13.0, 16.0);
   const double hall_y = rng.uniform(10.0, 12.0);
   const double door = 0.5 * hall_y;
@@ -120,10 +120,10 @@ World storey(Rng rng) {
                  {cross, door, 0.0},
                  {cross, north, 0.0}};
   // The rest of 93 m goes west.
-  double way = 0.0;
+  double path = 0.0;
   for (std::size_t i = 1; i < world.route.size(); ++i)
-    way += (world.route[i] - world.route[i - 1]).norm();
-  world.route.emplace_back(std::max(west + 1.2, cross - (93.0 - way)), north, 0.0);
+    path += (world.route[i] - world.route[i - 1]).norm();
+  world.route.emplace_back(std::max(west + 1.2, cross - (93.0 - path)), north, 0.0);
   world.free_width_m = half - 0.4;
   return world;
 }

@@ -33,7 +33,7 @@ void add_gates(FloorPlan& plan, double x_m, double y_m, Rng& rng) {
   }
 }
 
-/// Machines: a box or a tank with smaller things beside it, in two rows of the middle.
+/// Machines: a box or a tank with smaller objects beside it, in two rows in the middle.
 void add_machines(FloorPlan& plan, double x_m, double y_m, Rng& rng) {
   for (const double row : {0.38, 0.62}) {
     for (double x = 13.0; x < x_m - 13.0; x += rng.uniform(6.0, 9.0)) {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
-/// True if a disc stays clear of the ring on which the vehicle drives.
+/// True if a disc does not touch the ring on which the vehicle drives.
 bool clear_of_ring(const Vec3& centre, double radius_m, double ring_x_m, double ring_y_m) {
   const double scaled = std::hypot(centre.x() / ring_x_m, centre.y() / ring_y_m);
   return std::abs(scaled - 1.0) * std::min(ring_x_m, ring_y_m) > radius_m + 1.5;
@@ -50,7 +50,7 @@ void add_building(Builder& build, const Vec3& centre, const Vec3& size) {
   const double y = 0.5 * size.y();
   const std::array<Vec3, 4> corners{centre + Vec3(-x, -y, 0.0), centre + Vec3(x, -y, 0.0),
                                     centre + Vec3(x, y, 0.0), centre + Vec3(-x, y, 0.0)};
-  // Seen from outside: corners the other way round.
+  // Visible from outside: corners in reverse order.
   for (std::size_t i = 0; i < 4; ++i) {
     build.lived_in_wall(corners[(i + 1) % 4], corners[i], size.z(), 4.0, 0.0);
   }

@@ -5,7 +5,7 @@
 
 namespace rali::sim {
 
-/// Look of a drift through rock.
+/// Shape and clutter of a drift through rock.
 struct DriftShape {
   ArchShape arch;
   double roughness_m = 0.30;

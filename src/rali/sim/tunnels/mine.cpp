@@ -11,7 +11,7 @@ using geometry::Vec3;
 
 namespace {
 
-/// Props, rubble and a cart: what stands about in a drift.
+/// Props, rubble and a cart: clutter in a drift.
 void add_clutter(Builder& build, const Route& axis, const DriftShape& shape) {
   Rng& rng = build.rng();
   const double wall = shape.arch.half_width_m;
@@ -57,8 +57,8 @@ World mine_world(const MineOptions& o, Rng rng) {
   constexpr double kPiece_m = 25.0;
   constexpr double kDegree = std::numbers::pi / 180.0;
   const std::uint64_t seed = rng.next();
-  // Headings stay within 70 deg of the first, so that the drift never meets itself.
-  const double heading_most = 70.0 * kDegree;
+  // Headings stay within 70 deg of the first, so that the drift never intersects itself.
+  const double heading_max = 70.0 * kDegree;
   std::vector<Vec3> corners{{-4.0, 0.0, 0.0}};
   double heading = 0.0;
   for (double left_m = o.length_m; left_m > 0.0; left_m -= kPiece_m) {
@@ -67,7 +67,7 @@ World mine_world(const MineOptions& o, Rng rng) {
                       piece * Vec3(std::cos(heading), std::sin(heading), o.gradient));
     if (piece > kPiece_m || piece == left_m) break;
     heading += rng.uniform(-o.bend_deg, o.bend_deg) * kDegree;
-    heading = std::clamp(heading, -heading_most, heading_most);
+    heading = std::clamp(heading, -heading_max, heading_max);
   }
   const Route axis(corners, 5.0);
   return drift_world(axis, {{0.5 * o.width_m, o.wall_height_m}, o.roughness_m, o.clutter_every_m},

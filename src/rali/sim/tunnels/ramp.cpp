@@ -50,7 +50,7 @@ class Helix {
   RampOptions o_;
 };
 
-/// A level hall, open towards the ramp: below it lies west, above it east.
+/// A level hall, open towards the ramp: the lower one lies west, the upper one east.
 void add_hall(Builder& build, const RampOptions& o, bool above) {
   const double z = above ? o.rise_m * o.turns : 0.0;
   const double x0 = above ? 0.0 : -14.0;

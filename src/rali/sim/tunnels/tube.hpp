@@ -7,13 +7,13 @@
 
 namespace rali::sim {
 
-/// Cross-section of a tube: flat floor, upright walls, half a circle above them.
+/// Cross-section of a tube: flat floor, vertical walls, a semicircle above them.
 struct ArchShape {
   double half_width_m = 2.5;  ///< radius of the arch too
-  double wall_m = 1.2;        ///< height of the upright part
+  double wall_m = 1.2;        ///< height of the vertical part
 };
 
-/// A place on the surface of a tube.
+/// A point on the surface of a tube.
 struct TubePoint {
   geometry::Vec3 p;      ///< in the world, before it is shifted
   double along_m = 0.0;  ///< of the axis
@@ -24,11 +24,11 @@ struct TubePoint {
 
 using TubeShift = std::function<double(const TubePoint&)>;  ///< outward displacement [m]
 
-/// Sweeps the arch along an axis on the floor. Rows about every cell_m, `around` points each.
+/// Extrudes the arch along an axis on the floor. Rows about every cell_m, `around` points each.
 void add_tube(TriangleMesh& mesh, const Route& axis, const ArchShape& shape, double cell_m,
               int around, double refl, const TubeShift& shift);
 
-/// Closes a tube: a wall of 2 size_m across its end.
+/// Closes a tube: a wall of width 2 size_m across its end.
 void add_tube_end(Builder& build, const geometry::Vec3& middle, double yaw_rad, double size_m,
                   std::uint64_t seed, double amplitude_m);
 

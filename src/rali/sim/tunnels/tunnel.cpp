@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kLead_m = 4.0;  ///< of tunnel behind the start and beyond the end
 
-/// Bend and gradient of one piece of the axis.
+/// Curvature and gradient of one segment of the axis.
 struct Piece {
   double end_m, curvature_per_m, gradient;
 };
@@ -28,7 +28,7 @@ std::vector<Piece> draw_pieces(const TunnelOptions& o, Rng& rng) {
   return pieces;
 }
 
-/// Points every metre along pieces; bend and gradient change over kBlend_m, as on roads.
+/// Points every metre along segments; curvature and gradient change over kBlend_m, as on roads.
 std::vector<Vec3> axis_of_pieces(const TunnelOptions& o, Rng& rng) {
   constexpr double kBlend_m = 12.0;
   const std::vector<Piece> pieces = draw_pieces(o, rng);
@@ -66,7 +66,7 @@ std::vector<Vec3> axis_points(const TunnelOptions& o) {
   return points;
 }
 
-/// Depth of the niche at this point of the wall.
+/// Depth of the niche at this point of the wall, 0 if none.
 double niche_depth(const TubePoint& q, double every_m) {
   constexpr double kHalf_m = 1.0;
   constexpr double kTop_m = 2.0;
@@ -78,7 +78,7 @@ double niche_depth(const TubePoint& q, double every_m) {
   return left == (q.left_m > 0.0) ? kDepth_m : 0.0;
 }
 
-/// Switch cabinets and the like at either wall.
+/// Switch cabinets and similar boxes at either wall.
 void add_cabinets(const TunnelOptions& o, const Route& axis, Builder& build) {
   constexpr double kHeight_m = 1.1;
   if (o.cabinet_every_m <= 0.0) return;
@@ -107,12 +107,12 @@ void add_cabinets(const TunnelOptions& o, const Route& axis, Builder& build) {
 }  // namespace
 
 Result<World> tunnel_world(const TunnelOptions& o, Rng rng) {
-  constexpr double kTurnMost_rad = 5.5;
+  constexpr double kTurnMax_rad = 5.5;
   const double bend =
       std::abs(o.curvature_per_m) + (o.segment_m > 0.0 ? o.segment_curvature_per_m : 0.0);
   const double turn = bend * o.length_m;
   const double radius = turn > 0.0 ? o.length_m / turn : 1e9;
-  if (turn > kTurnMost_rad || radius < o.width_m) {
+  if (turn > kTurnMax_rad || radius < o.width_m) {
     return fail(ErrorCode::kUsage, "tunnel",
                 fmt::format("with a radius of {:.1f} m the tunnel runs into itself", radius),
                 "Make it shorter or less bent, or use a ramp.");

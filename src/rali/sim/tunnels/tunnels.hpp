@@ -6,22 +6,22 @@
 
 namespace rali::sim {
 
-/// Arched tunnel. Its axis has one bend and gradient, or pieces with bends and gradients drawn at
-/// random.
+/// Arched tunnel. Its axis has one curvature and gradient, or segments with curvatures and
+/// gradients drawn at random.
 struct TunnelOptions {
   double length_m = 200.0;
   double width_m = 5.0;
-  double wall_height_m = 1.2;    ///< of the upright part; the arch stands on it
+  double wall_height_m = 1.2;    ///< of the vertical part; the arch is on top of it
   double curvature_per_m = 0.0;  ///< 1/radius, positive to the left
   double gradient = 0.0;         ///< rise per metre
-  double segment_m = 0.0;        ///< mean length of segments; 0: one bend and gradient for all
-  double segment_curvature_per_m = 0.0;  ///< segments bend by up to so much, either way
-  double segment_gradient = 0.0;         ///< segments rise or fall by up to so much
-  double cabinet_every_m = 0.0;          ///< mean distance of cabinets at the walls; 0: none
+  double segment_m = 0.0;        ///< mean length of segments; 0: one curvature and gradient for all
+  double segment_curvature_per_m = 0.0;  ///< largest curvature of segments, either sign
+  double segment_gradient = 0.0;         ///< largest gradient of segments, either sign
+  double cabinet_every_m = 0.0;          ///< mean distance between cabinets at the walls; 0: none
   double roughness_m = 0.008;            ///< shotcrete
-  double niche_every_m = 0.0;            ///< 0: none; alternating sides
+  double niche_every_m = 0.0;            ///< distance of niches on alternating sides; 0: none
   double reflectivity = 0.4;
-  bool closed_ends = false;  ///< a wall across each end; else open portals
+  bool closed_ends = false;  ///< a wall across each end; false: open portals
 
   template <class V>
   void visit(V& v) {
@@ -41,12 +41,12 @@ struct TunnelOptions {
   }
 };
 
-/// Drift through rock: rough walls, uneven floor, props and rubble, bends at random.
+/// Drift through rock: rough walls, uneven floor, props and rubble, random bends.
 struct MineOptions {
   double length_m = 110.0;
   double width_m = 4.4;
   double wall_height_m = 1.1;
-  double bend_deg = 40.0;     ///< largest turn from one piece to the next
+  double bend_deg = 40.0;     ///< largest turn from one segment to the next
   double gradient = 0.01;     ///< rise per metre
   double roughness_m = 0.30;  ///< of walls and roof
   double clutter_every_m = 6.5;
@@ -81,12 +81,12 @@ struct RampOptions {
   }
 };
 
-/// Errors (kUsage): the bend closes a circle within the length.
+/// Errors (kUsage): the curvature closes a circle within the length.
 [[nodiscard]] Result<World> tunnel_world(const TunnelOptions& options, Rng rng);
 
 [[nodiscard]] World mine_world(const MineOptions& options, Rng rng);
 
-/// Errors (kUsage): the turns lie on each other, the inner wall has no radius.
+/// Errors (kUsage): the turns overlap in height, or the inner wall has no radius.
 [[nodiscard]] Result<World> ramp_world(const RampOptions& options, Rng rng);
 
 }  // namespace rali::sim

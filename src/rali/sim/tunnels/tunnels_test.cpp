@@ -20,8 +20,8 @@ TEST(Tunnel, cross_section_is_a_floor_walls_and_half_a_circle) {
   o.roughness_m = 0.0;
   const World world = tunnel_world(o, Rng(1, "test")).value();
   const RayCaster caster(world.mesh);
-  // From the middle of the circle all rays into the arch are one radius long; 40 chords around
-  // make the polygon at most 7 mm smaller.
+  // From the centre of the circle all rays into the arch are one radius long; the polygon of 40
+  // chords is at most 7 mm smaller.
   const Vec3 middle(15.0, 0.0, 1.2);
   for (double angle = 0.05; angle < 3.1; angle += 0.1) {
     const Hit hit = caster.cast(middle, {0.0, std::cos(angle), std::sin(angle)}, 10.0);

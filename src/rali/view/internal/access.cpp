@@ -10,7 +10,7 @@ namespace {
 constexpr std::array<std::string_view, 3> kViewers = {"https://app.foxglove.dev",
                                                       "https://studio.foxglove.dev", "file://"};
 
-/// Takes as long for each wrong token of the same length, so that time does not betray its start.
+/// Constant time for tokens of the same length, so that timing does not reveal a matching prefix.
 bool equal_slowly(std::string_view a, std::string_view b) {
   if (a.size() != b.size()) return false;
   unsigned differs = 0;
@@ -26,7 +26,7 @@ std::string_view bearer_of(std::string_view authorization) {
                                                             : std::string_view();
 }
 
-/// Value of `token` behind the '?'. A token has no character that a browser would escape.
+/// Value of `token` after the '?'. A token has no character that a browser would escape.
 std::string_view token_of(std::string_view target) {
   constexpr std::string_view kName = "token=";
   std::string_view query = target.substr(std::min(path_of(target).size() + 1, target.size()));
@@ -39,7 +39,7 @@ std::string_view token_of(std::string_view target) {
   return {};
 }
 
-/// Whether a Host, without its port, can only be this machine.
+/// Whether a Host, without its port, can only mean this machine.
 bool is_loopback_host(std::string_view host) {
   if (host.substr(0, 5) == "[::1]") return host.size() == 5 || host[5] == ':';
   host = host.substr(0, host.find(':'));

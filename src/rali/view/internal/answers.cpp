@@ -31,7 +31,7 @@ bool is_name(std::string_view name) {
          std::all_of(name.begin(), name.end(), [](char c) { return c > ' ' && c < '\x7f'; });
 }
 
-/// A form of another site can post any text, but not this type.
+/// A form of another site can post any text, but not with this content type.
 HttpAnswer take_order(const HttpRequest& request, Published& published) {
   if (request.content_type.substr(0, kJson.size()) != kJson) {
     return refusal(415, "An order has the Content-Type application/json.");
@@ -69,7 +69,7 @@ HttpAnswer get(std::string_view path, const Published& published) {
   return refusal(404, "Here are /, /state, /healthz, /metrics, /operator and /licences.");
 }
 
-/// `page` with the parts in place of the marks; the parts are not looked through.
+/// `page` with the parts inserted at the marks; the parts themselves are not searched for marks.
 std::string assembled() {
   std::string out;
   std::string_view page = assets::page();

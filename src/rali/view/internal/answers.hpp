@@ -11,7 +11,7 @@
 
 namespace rali::view {
 
-inline constexpr std::size_t kOrdersMax = 64;  ///< that wait for the host
+inline constexpr std::size_t kOrdersMax = 64;  ///< pending for the host
 inline constexpr std::size_t kVehicleNameMax = 64;
 
 struct HttpRequest {
@@ -26,7 +26,7 @@ struct HttpAnswer {
   std::string_view allow;  ///< methods, with status 405
 };
 
-/// What the answers are made of, as set by the host.
+/// Input of the answers, as set by the host.
 struct Published {
   bool healthy = false;
   std::string health = R"({"state":"starting"})";
@@ -37,10 +37,10 @@ struct Published {
   std::uint64_t frames_dropped = 0;  ///< for slow viewers
 };
 
-/// Answers a request whose sender may ask; an order is added to `published.orders`.
+/// Answers a request of an authorised client; an order is added to `published.orders`.
 [[nodiscard]] HttpAnswer answer(const HttpRequest& request, Published& published);
 
-/// A sentence as answer.
+/// An answer with one sentence.
 [[nodiscard]] HttpAnswer refusal(int status, std::string_view sentence);
 
 /// Reads the body of an order. Errors: kInput.

@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Names of channels come from settings: bytes that are no UTF-8 are replaced, not thrown at.
+/// Channel names come from settings: bytes that are not UTF-8 are replaced instead of throwing.
 std::string text_of(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }

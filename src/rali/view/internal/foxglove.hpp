@@ -15,15 +15,15 @@
 /// back, without sockets. Source: specification of foxglove/ws-protocol, 2023.
 namespace rali::view {
 
-/// Both names have the same messages here; clients know one or the other.
+/// Both names have the same messages here; each client supports one or the other.
 inline constexpr std::array<std::string_view, 2> kSubprotocols = {"foxglove.websocket.v1",
                                                                   "foxglove.sdk.v1"};
 
-/// A message of a client is a list of subscriptions; nothing longer is read.
+/// A client's message is a list of subscriptions; longer ones are refused.
 inline constexpr std::size_t kClientMessageBytesMax = 64U << 10U;
 inline constexpr std::size_t kSubscriptionsMax = 256;
 
-/// The first of ours in the client's list ("a, b"); empty: none.
+/// The first supported one in the client's list ("a, b"); empty: none.
 [[nodiscard]] std::string_view choose_subprotocol(std::string_view offered);
 
 struct Subscription {
@@ -33,15 +33,16 @@ struct Subscription {
   auto operator<=>(const Subscription&) const = default;
 };
 
-/// What a client asks for.
+/// Requests of a client.
 struct ClientMessage {
   std::vector<Subscription> subscribe;
   std::vector<std::uint32_t> unsubscribe;
-  std::string unsupported;  ///< an operation of the protocol that a read-only server has not
+  std::string unsupported;  ///< an operation of the protocol that a read-only server does not
+                            ///< support
 };
 
-/// Reads a text message of a client. Errors: kInput for what is no JSON object, lacks a field, or
-/// has more than kSubscriptionsMax entries.
+/// Reads a text message of a client. Errors: kInput if it is no JSON object, lacks a field, or has
+/// more than kSubscriptionsMax entries.
 [[nodiscard]] Result<ClientMessage> parse_client_message(std::string_view text);
 
 [[nodiscard]] std::string server_info(std::string_view session);

@@ -11,7 +11,7 @@
 
 namespace rali::view {
 
-/// The bytes of one message, shared by all viewers that wait for it.
+/// The bytes of one message, shared by all viewers for which it is queued.
 struct Frame {
   std::uint32_t channel = 0;
   Time t;
@@ -20,8 +20,8 @@ struct Frame {
 
 using FramePtr = std::shared_ptr<const Frame>;
 
-/// Frames that wait for a slow receiver. Beyond `bytes_max` the oldest ones go whose channel has a
-/// newer one; so the newest of each channel always stays, even if these alone are more.
+/// Frames queued for a slow receiver. Beyond `bytes_max` it drops the oldest ones whose channel has
+/// a newer one; so the newest of each channel always stays, even if these alone exceed the limit.
 class FrameQueue {
  public:
   explicit FrameQueue(std::size_t bytes_max) : bytes_max_(bytes_max) {}
@@ -32,7 +32,7 @@ class FrameQueue {
   /// The oldest frame; none: the queue is empty.
   [[nodiscard]] std::optional<FramePtr> pop();
 
-  /// Removes what waits of a channel.
+  /// Removes the queued frames of a channel.
   void erase_channel(std::uint32_t channel);
 
   [[nodiscard]] std::size_t bytes() const { return bytes_; }

@@ -11,7 +11,7 @@ namespace rali::view {
 inline constexpr std::uint32_t kHeaderBytesMax = 8192;
 inline constexpr std::uint64_t kBodyBytesMax = 4096;
 
-/// The page may load nothing from anywhere and be framed by nobody.
+/// The page may load nothing from elsewhere and may not be framed.
 inline constexpr std::string_view kPolicy =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: "
     "blob:; "
@@ -94,8 +94,8 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
                           "foxglove.sdk.v1."));
     }
     if (!hub_.has_room()) return send(refusal(503, "There are enough viewers. Close another one."));
-    // The stream of a viewer has time limits of its own, and kernel buffers so short that what
-    // waits can still be dropped.
+    // A viewer's stream has its own time limits, and short kernel buffers so that waiting frames
+    // can still be dropped.
     stream_.expires_never();
     beast::error_code ignored;
     stream_.socket().set_option(asio::ip::tcp::no_delay(true), ignored);
@@ -130,7 +130,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (request_.method() != http::verb::head) {
       response_.body() = beast::span<const char>(answer_.body->data(), answer_.body->size());
     }
-    stream_.expires_after(std::chrono::seconds(60));  // the page over a slow radio
+    stream_.expires_after(std::chrono::seconds(60));  // for loading the page over a slow radio
     http::async_write(
         stream_, response_,
         [self = shared_from_this()](beast::error_code error, std::size_t) { self->sent(error); });

@@ -14,11 +14,11 @@
 
 namespace rali::view {
 
-/// Bounds on who may connect; more are refused.
+/// Limits on connections; more are refused.
 inline constexpr int kConnectionsMax = 256;
 inline constexpr std::size_t kViewersMax = 64;
 
-/// A connected viewer as the hub sees it.
+/// A connected viewer as the hub uses it.
 class FrameSink {
  public:
   virtual ~FrameSink() = default;
@@ -27,30 +27,30 @@ class FrameSink {
   virtual void close() = 0;
 };
 
-/// What the host's thread leaves for the server's thread. Both hold `mutex` for moments only.
+/// Data passed from the host's thread to the server's thread. Both hold `mutex` only briefly.
 struct Exchange {
   explicit Exchange(std::size_t queue_bytes) : inbox(queue_bytes) {}
 
   std::mutex mutex;
   Published published;
-  FrameQueue inbox;  ///< bounded as the viewers' queues: the server's thread may get no CPU
+  FrameQueue inbox;  ///< bounded like the viewers' queues: the server's thread may get no CPU
   std::vector<NumberedChannel> new_channels;
-  bool woken = false;  ///< the server's thread has been asked to look
+  bool woken = false;  ///< the server's thread has been asked to check for input
 };
 
-/// Channels, their last frames and who sees them. Of the server's thread alone.
+/// Channels, their last frames and subscribed viewers. Used by the server's thread alone.
 class Hub {
  public:
   Hub(Exchange& exchange, std::string token, std::size_t queue_bytes)
       : exchange_(exchange), token_(std::move(token)), queue_bytes_(queue_bytes) {}
 
-  /// Takes what the host's thread has left and offers it to the viewers.
+  /// Takes the data from the host's thread and offers it to the viewers.
   void take_over();
 
-  /// False: there are enough viewers.
+  /// False: the maximum number of viewers is reached.
   [[nodiscard]] bool has_room() const { return viewers_.size() < kViewersMax; }
 
-  /// A new viewer is told of the channels.
+  /// Adds a viewer and sends it the channels.
   void add(FrameSink& viewer, std::string_view session);
   void remove(FrameSink& viewer);
 

@@ -21,7 +21,7 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
 
-/// Counts a connection while it lives; the last one of a server that stops ends its loop.
+/// Counts a connection while it lives; the last one of a stopping server ends its loop.
 class Connection {
  public:
   Connection(Hub& hub, asio::io_context& io, const bool& stopping)
@@ -44,8 +44,8 @@ class Connection {
 
 using HttpMessage = http::request<http::string_body>;
 
-/// A WebSocket connection. One frame is on its way at a time; the others wait where they can be
-/// dropped.
+/// A WebSocket connection. One frame is in transit at a time; the others wait in a queue that can
+/// drop them.
 class Viewer final : public FrameSink, public std::enable_shared_from_this<Viewer> {
  public:
   Viewer(beast::tcp_stream stream, Hub& hub, std::shared_ptr<Connection> connection)
@@ -59,7 +59,7 @@ class Viewer final : public FrameSink, public std::enable_shared_from_this<Viewe
   Viewer& operator=(const Viewer&) = delete;
 
   void accept(const HttpMessage& request, std::string_view subprotocol, std::string session) {
-    // A viewer that sends nothing for so long is gone. Behind a large frame a ping waits, too.
+    // A viewer that is silent for this long is closed. A ping may also wait behind a large frame.
     ws_.set_option(
         websocket::stream_base::timeout{std::chrono::seconds(10), std::chrono::seconds(60), true});
     ws_.set_option(websocket::stream_base::decorator(
@@ -67,7 +67,7 @@ class Viewer final : public FrameSink, public std::enable_shared_from_this<Viewe
           answer.set(http::field::sec_websocket_protocol, name);
         }));
     ws_.read_message_max(kClientMessageBytesMax);
-    ws_.auto_fragment(false);  // else a frame of 1 MB is written in pieces of 4 kB
+    ws_.auto_fragment(false);  // otherwise a frame of 1 MB is written in pieces of 4 kB
     ws_.async_accept(request, [self = shared_from_this(),
                                session = std::move(session)](beast::error_code error) {
       if (!error) self->start(session);
@@ -80,7 +80,7 @@ class Viewer final : public FrameSink, public std::enable_shared_from_this<Viewe
   }
 
   void send_text(std::string text) override {
-    // Who does not read what it asks for gets no more of it.
+    // A viewer that does not read its replies is closed.
     if (texts_.size() >= kTextsMax) return close();
     texts_.push_back(std::move(text));
     write_next();
@@ -151,7 +151,7 @@ class Viewer final : public FrameSink, public std::enable_shared_from_this<Viewe
   websocket::stream<beast::tcp_stream> ws_;
   beast::flat_buffer buffer_;
   std::deque<std::string> texts_;
-  std::string text_;  ///< on its way
+  std::string text_;  ///< in transit
   ViewerChannels::Next on_its_way_;
   bool added_ = false, writing_ = false, closing_ = false;
 };

@@ -12,19 +12,19 @@
 
 namespace rali::view {
 
-/// After so many messages that make no sense a viewer is closed.
+/// A viewer is closed after more than this many invalid messages.
 inline constexpr int kBadMessagesMax = 20;
 
-/// What one viewer has subscribed to and what waits for it; without sockets, so that it can be
-/// tested and fuzzed as it is.
+/// Subscriptions and queued frames of one viewer; without sockets, so that it can be tested and
+/// fuzzed directly.
 class ViewerChannels {
  public:
   explicit ViewerChannels(Hub& hub) : hub_(hub), frames_(hub.queue_bytes()) {}
 
-  /// Acts on a message of the viewer. @return texts to send back
+  /// Processes a message of the viewer. @return texts to send back
   [[nodiscard]] std::vector<std::string> take(std::string_view message, bool binary);
 
-  /// Keeps a frame of a subscribed channel.
+  /// Queues a frame if its channel is subscribed.
   void offer(const FramePtr& frame);
 
   struct Next {
@@ -32,7 +32,7 @@ class ViewerChannels {
     DataHeader header{};
   };
 
-  /// The next frame to send; none: nothing waits.
+  /// The next frame to send; none: the queue is empty.
   [[nodiscard]] std::optional<Next> next();
 
   [[nodiscard]] bool too_many_bad() const { return bad_ > kBadMessagesMax; }

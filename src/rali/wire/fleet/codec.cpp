@@ -5,11 +5,11 @@
 
 #include <fmt/format.h>
 
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 #include "rali/wire/fleet/crc32c.hpp"
-#include "rali/wire/fleet/layout_boundary.hpp"
 #include "rali/wire/fleet/layout_facts.hpp"
 #include "rali/wire/fleet/layout_messages.hpp"
+#include "rali/wire/fleet/layout_separator_prior.hpp"
 #include "rali/wire/fleet/point_block.hpp"
 #include "rali/wire/fleet/range_block.hpp"
 
@@ -59,7 +59,7 @@ struct WriteBody {
 
   void operator()(const fleet::GoalList& v) const { layout_goals(body, v); }
 
-  void operator()(const fleet::RoundBoundary& v) const { layout_boundary(body, v); }
+  void operator()(const fleet::SeparatorPrior& v) const { layout_separator_prior(body, v); }
 
   void operator()(const fleet::PeerStatus& v) const { layout_peer(body, v); }
 };
@@ -74,8 +74,8 @@ void layout_fact_key(Header& a, Key& key, Stamp& t) {
 
 Result<Bytes> body_of(const fleet::Message& message, PackWriter& header) {
   BodyWriter body;
-  if (const auto* told_message = std::get_if<fleet::FactMessage>(&message)) {
-    const Result<fleet::Fact> fact = fleet::told(*told_message->fact);
+  if (const auto* reported_message = std::get_if<fleet::FactMessage>(&message)) {
+    const Result<fleet::Fact> fact = fleet::quantised(*reported_message->fact);
     if (!fact) return tl::make_unexpected(fact.error());
     layout_fact_key(header, fact->key, fact->t);
     std::visit(WriteBody{body}, fact->body);
@@ -134,8 +134,8 @@ Result<fleet::Message> read_fact(Kind kind, PackReader& header) {
   if (!content) return tl::make_unexpected(std::move(content.error()));
   fact.body = std::move(*content);
   fact.unread = body.unread();
-  // What is well-formed may still be beyond all bounds; what is told is never changed by this.
-  Result<fleet::Fact> checked = fleet::told(fact);
+  // A well-formed fact may still be out of bounds; quantising never changes one that was quantised.
+  Result<fleet::Fact> checked = fleet::quantised(fact);
   if (!checked) return tl::make_unexpected(std::move(checked.error()));
   return fleet::Message{
       fleet::FactMessage{std::make_shared<const fleet::Fact>(std::move(*checked))}};
@@ -162,8 +162,9 @@ Result<fleet::Message> read_soft(Kind kind, PackReader& header) {
       return read_as<fleet::VehicleStatus>(body, [](auto& b, auto& v) { layout_status(b, v); });
     case Kind::kGoals:
       return read_as<fleet::GoalList>(body, [](auto& b, auto& v) { layout_goals(b, v); });
-    case Kind::kBoundary:
-      return read_as<fleet::RoundBoundary>(body, [](auto& b, auto& v) { layout_boundary(b, v); });
+    case Kind::kSeparator:
+      return read_as<fleet::SeparatorPrior>(body,
+                                            [](auto& b, auto& v) { layout_separator_prior(b, v); });
     case Kind::kPeer:
       return read_as<fleet::PeerStatus>(body, [](auto& b, auto& v) { layout_peer(b, v); });
     default:

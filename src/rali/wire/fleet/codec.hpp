@@ -14,18 +14,17 @@ namespace rali::wire {
 inline constexpr std::uint8_t kEnvelopeVersion = 1;
 inline constexpr std::size_t kBodyMax = std::size_t{1} << 20;
 
-/// A fact goes out as fleet::told() rounds it: decode(encode(f)) == told(f), bit by bit, and
-/// encode(decode(b)) == b for what this function made, also if a newer program wrote b.
-/// Errors (kInput): those of told(); a body beyond kBodyMax.
+/// A fact is encoded as fleet::quantised() rounds it: decode(encode(f)) == quantised(f), bit by
+/// bit. encode(decode(b)) == b for the output of this function, even if a newer program wrote b.
+/// Errors (kInput): those of quantised(); a body beyond kBodyMax.
 [[nodiscard]] Result<Bytes> encode_envelope(const fleet::Envelope& envelope);
 
-/// Errors: kInput for damaged (checksum), cut or contradictory bytes; kNoAnswer for another
-/// envelope version or a kind that is no fact and unknown: nothing is wrong with it, drop it.
-/// A fact of an unknown kind is fleet::UnreadBody. Never takes more memory than 50 times the bytes
-/// and 3 MB explain.
+/// Errors: kInput for damaged (checksum), truncated or contradictory bytes; kNoAnswer for another
+/// envelope version or an unknown kind that is no fact: valid, but to be dropped. A fact of an
+/// unknown kind is fleet::UnreadBody. Memory is at most 50 times the bytes plus 3 MB.
 [[nodiscard]] Result<fleet::Envelope> decode_envelope(std::span<const std::byte> bytes);
 
-/// Kind of an encoded message without decoding it, for counting.
+/// Kind of an encoded message without decoding it, for statistics.
 [[nodiscard]] fleet::Kind envelope_kind(std::span<const std::byte> bytes);
 
 }  // namespace rali::wire

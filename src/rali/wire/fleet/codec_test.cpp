@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "rali/fleet/facts/keyframe_number.hpp"
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 #include "rali/wire/fleet/crc32c.hpp"
 #include "rali/wire/fleet/messages_for_test.hpp"
 #include "rali/wire/fleet/pack.hpp"
@@ -16,7 +16,7 @@ namespace {
 
 using fleet::Kind;
 
-/// Puts the right checksum on changed bytes.
+/// Puts the right checksum on modified bytes.
 Bytes sealed(Bytes bytes) {
   const std::span<const std::byte> all(bytes);
   const std::uint32_t sum = crc32c(all.subspan(10), crc32c(all.first(6)));
@@ -36,8 +36,8 @@ TEST(Crc32c, of_one_to_nine_is_the_published_value) {
 }
 
 TEST(FleetCodec, a_withheld_message_is_these_bytes) {
-  // version 1, kind 22, from 1, to all, checksum, section 1 of 5 bytes: vehicle 3, epoch 1, one
-  // stretch from 7 to 7 + 2.
+  // version 1, kind 22, from 1, to all, checksum, section 1 of 5 bytes: vehicle 3, epoch 1, one gap
+  // from 7 to 7 + 2.
   const fleet::Envelope envelope{VehicleId{1}, std::nullopt,
                                  fleet::Withheld{{VehicleId{3}, 1}, {{7, 9}}}};
   const Bytes bytes = *encode_envelope(envelope);
@@ -72,7 +72,7 @@ TEST(FleetCodec, a_fact_comes_back_bit_by_bit_as_its_author_keeps_it) {
     const auto back = decode_envelope(*encode_envelope(envelope));
     ASSERT_TRUE(back);
     EXPECT_EQ(fleet::content_hash(fact_of(*back)),
-              fleet::content_hash(*fleet::told(fact_of(envelope))))
+              fleet::content_hash(*fleet::quantised(fact_of(envelope))))
         << "kind " << k % fleet::kBodies;
   }
 }
@@ -86,7 +86,7 @@ TEST(FleetCodec, fields_of_soft_messages_come_back) {
   const auto& status_in = std::get<fleet::VehicleStatus>(all[all.size() - 2].message);
   EXPECT_EQ(status.waits_for, status_in.waits_for);
   EXPECT_EQ(status.mode, status_in.mode);
-  EXPECT_EQ(status.blind_azimuth_rad, 1.0);
+  EXPECT_EQ(status.degenerate_azimuth_rad, 1.0);
   EXPECT_EQ(status.T_odom_body.p, status_in.T_odom_body.p);
   ASSERT_TRUE(status.drive_end);
   EXPECT_EQ(status.drive_end->state, fleet::DriveState::kBlocked);
@@ -100,7 +100,7 @@ TEST(FleetCodec, fields_of_soft_messages_come_back) {
   EXPECT_EQ(finished.inventory, some_inventory());
   EXPECT_EQ(finished.reason, fleet::FinishReason::kDistance);
   const auto ack = std::get<fleet::RoleMessage>(again(3).message);
-  EXPECT_EQ(ack.t_heard, Time::from_s(123.1));
+  EXPECT_EQ(ack.t_received, Time::from_s(123.1));
   const auto table = std::get<fleet::Table>(again(6).message);
   const auto& table_in = std::get<fleet::Table>(all[all.size() - 6].message);
   ASSERT_EQ(table.poses.size(), 60U);
@@ -139,7 +139,7 @@ TEST(FleetCodec, keyframes_of_the_last_epoch_come_back_with_their_numbers) {
     const auto back = decode_envelope(*bytes);
     ASSERT_TRUE(back.has_value());
     EXPECT_EQ(fleet::content_hash(fact_of(*back)),
-              fleet::content_hash(*fleet::told(fact_of(envelope))));
+              fleet::content_hash(*fleet::quantised(fact_of(envelope))));
   }
   fleet::Table table;
   for (const std::uint32_t keyframe : {0U, last}) {
@@ -153,26 +153,27 @@ TEST(FleetCodec, keyframes_of_the_last_epoch_come_back_with_their_numbers) {
 }
 
 TEST(FleetCodec, what_a_vehicle_says_of_itself_comes_back_as_its_own) {
-  fleet::PeerStatus said{VehicleId{9}, Time::from_s(5.0), true, fleet::PeerPose{}};
-  said.pose->T_start_body.p = {1.5, -2.25, 0.125};
-  said.pose->position_covariance_m2 = Eigen::Vector3d(0.25, 0.01, 0.04).asDiagonal();
-  said.pose->walls = ranging::PassageWalls{geometry::Vec3::UnitY(), 1.5, 2.25};
-  said.pose->seen = {{VehicleId{2}, 1, {0.5, -1.25, 0.125}, geometry::Mat3::Identity()}};
-  const auto back = decode_envelope(*encode_envelope({VehicleId{3}, std::nullopt, said}));
+  fleet::PeerStatus reported{VehicleId{9}, Time::from_s(5.0), true, fleet::PeerPose{}};
+  reported.pose->T_start_body.p = {1.5, -2.25, 0.125};
+  reported.pose->position_covariance_m2 = Eigen::Vector3d(0.25, 0.01, 0.04).asDiagonal();
+  reported.pose->walls = ranging::PassageWalls{geometry::Vec3::UnitY(), 1.5, 2.25};
+  reported.pose->seen = {{VehicleId{2}, 1, {0.5, -1.25, 0.125}, geometry::Mat3::Identity()}};
+  const auto back = decode_envelope(*encode_envelope({VehicleId{3}, std::nullopt, reported}));
   ASSERT_TRUE(back);
-  const auto& heard = std::get<fleet::PeerStatus>(back->message);
-  EXPECT_EQ(heard.vehicle, VehicleId{3}) << "nobody speaks for another";
-  EXPECT_EQ(heard.t, said.t);
-  EXPECT_TRUE(heard.at_rest);
-  ASSERT_TRUE(heard.pose);
-  EXPECT_EQ(heard.pose->T_start_body.p, said.pose->T_start_body.p);
-  EXPECT_TRUE(heard.pose->position_covariance_m2.isApprox(said.pose->position_covariance_m2, 1e-6));
-  ASSERT_TRUE(heard.pose->walls);
-  EXPECT_EQ(heard.pose->walls->right_m, 2.25);
-  ASSERT_EQ(heard.pose->seen.size(), 1U);
-  EXPECT_EQ(heard.pose->seen[0].vehicle, VehicleId{2});
-  EXPECT_EQ(heard.pose->seen[0].antenna, 1);
-  EXPECT_EQ(heard.pose->seen[0].apart_start_m, said.pose->seen[0].apart_start_m);
+  const auto& received = std::get<fleet::PeerStatus>(back->message);
+  EXPECT_EQ(received.vehicle, VehicleId{3}) << "nobody speaks for another";
+  EXPECT_EQ(received.t, reported.t);
+  EXPECT_TRUE(received.at_rest);
+  ASSERT_TRUE(received.pose);
+  EXPECT_EQ(received.pose->T_start_body.p, reported.pose->T_start_body.p);
+  EXPECT_TRUE(
+      received.pose->position_covariance_m2.isApprox(reported.pose->position_covariance_m2, 1e-6));
+  ASSERT_TRUE(received.pose->walls);
+  EXPECT_EQ(received.pose->walls->right_m, 2.25);
+  ASSERT_EQ(received.pose->seen.size(), 1U);
+  EXPECT_EQ(received.pose->seen[0].vehicle, VehicleId{2});
+  EXPECT_EQ(received.pose->seen[0].antenna, 1);
+  EXPECT_EQ(received.pose->seen[0].apart_start_m, reported.pose->seen[0].apart_start_m);
 }
 
 TEST(FleetCodec, a_message_that_ends_too_early_is_an_error_wherever_it_ends) {
@@ -182,8 +183,8 @@ TEST(FleetCodec, a_message_that_ends_too_early_is_an_error_wherever_it_ends) {
     for (std::size_t n = 0; n < whole.size(); n += step) {
       const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(n));
       EXPECT_FALSE(decode_envelope(cut));
-      // And with a checksum that is right for the cut bytes; only a whole optional section less is
-      // a message, too.
+      // And with a valid checksum for the truncated bytes; a message without an optional section is
+      // valid, too.
       if (n < 10) continue;
       const auto lucky = decode_envelope(sealed(cut));
       if (lucky) {
@@ -280,7 +281,7 @@ TEST(FleetCodec, random_changes_under_a_right_checksum_never_break_the_reader) {
       const auto result = decode_envelope(sealed(changed));
       if (!result) continue;
       ++read;
-      // What was read can be sent, and is then the same for good.
+      // A decoded message can be encoded, and its bytes are then stable.
       const auto once = encode_envelope(*result);
       ASSERT_TRUE(once);
       const auto again = decode_envelope(*once);

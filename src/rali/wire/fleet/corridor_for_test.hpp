@@ -13,9 +13,9 @@
 namespace rali::wire {
 
 /// The empty corridor of algorithms_fleet 11.3, 4 m x 3 m, seen by 16 rings of 1800 rays with 2 cm
-/// of noise from 0.9 m above its floor and 0.1 m off its middle; a recess of 0.3 m for a door in
-/// both walls every 5 m. Averaged in cubes of leaf_m; no surface lies on a border of cubes, where
-/// noise would count it twice.
+/// of noise from 0.9 m above its floor and 0.1 m off its middle; a door recess of 0.3 m in both
+/// walls every 5 m. Averaged in cubes of leaf_m; no surface lies on a border of cubes, where noise
+/// would count it twice.
 inline fleet::KeyframePoints corridor_keyframe(double leaf_m, bool with_intensity) {
   constexpr double kHalfWidth_m = 2.0, kFloor_m = -0.9, kCeiling_m = 2.1, kFar_m = 100.0;
   const auto range = [](double x, double y, double z) {

@@ -1,11 +1,11 @@
 #pragma once
 
 #include "rali/fleet/facts/facts.hpp"
-#include "rali/fleet/facts/told.hpp"
+#include "rali/fleet/facts/quantise.hpp"
 #include "rali/wire/fleet/pack.hpp"
 
 /// Sections and fields of facts; `Body` is BodyWriter with a const fact, or BodyReader. Ranges and
-/// points have codecs of their own. A released tag keeps its meaning and its fields for ever.
+/// points have codecs of their own. A released tag keeps its meaning and its fields permanently.
 namespace rali::wire {
 
 template <class Body, class Start>
@@ -44,7 +44,7 @@ void layout_increment(Body& body, Step& step) {
     a.maybe(step.keyframe, [](auto& b, auto& keyframe) { b.varint(keyframe); });
     a.flag(step.begins);
     a.flag(step.at_rest);
-    a.flag(step.blind);
+    a.flag(step.degenerate);
     a.flag(step.levelled);
     a.pose(step.T_odom_body);
     a.float3(step.v_odom_mps);
@@ -59,7 +59,7 @@ void layout_increment(Body& body, Step& step) {
   body.section(3, [&](auto& a) {
     a.maybe(step.inertial, [&](auto& b, auto& factor) {
       layout_inertial(b, factor);
-      // Gravity is mostly the node's own: 12 of 600 bytes.
+      // Gravity usually equals the node's own: omitting it saves 12 of 600 bytes.
       std::optional<geometry::Vec3> other;
       if (!b.kReads && factor.g_odom_mps2 != step.g_odom_mps2) other = factor.g_odom_mps2;
       b.maybe(other, [](auto& c, auto& g) { c.float3(g); });

@@ -80,10 +80,10 @@ void layout_role(Body& body, Of& role) {
     a.number(role.lease.ns);
     a.number(role.t_send.ns);
   });
-  const bool stamps = role.t_echo.ns != 0 || role.t_heard.ns != 0;
+  const bool stamps = role.t_echo.ns != 0 || role.t_received.ns != 0;
   body.optional_section(2, stamps, [&](auto& a) {
     a.number(role.t_echo.ns);
-    a.number(role.t_heard.ns);
+    a.number(role.t_received.ns);
   });
   const bool stands = role.reason != fleet::FinishReason::kNone ||
                       !role.T_odom_body.p.isZero(0.0) || !role.T_odom_body.R.isIdentity(0.0);
@@ -102,10 +102,10 @@ void layout_status(Body& body, Of& status) {
     a.varint(status.term);
     a.choice(status.mode, fleet::Mode::kHolding);
     a.text(status.waits_for, kReasonMax);
-    a.as_float(status.battery_share);
+    a.as_float(status.battery_fraction);
     a.pose(status.T_odom_body);
     a.as_float(status.sigma_m);
-    a.maybe(status.blind_azimuth_rad, [](auto& b, auto& azimuth) { b.as_float(azimuth); });
+    a.maybe(status.degenerate_azimuth_rad, [](auto& b, auto& azimuth) { b.as_float(azimuth); });
     a.flag(status.at_rest);
     a.as_float(status.rssi_dbm);
     a.number(status.t_send.ns);
@@ -135,7 +135,7 @@ void layout_peer_pose(Archive& a, Pose& pose) {
   });
 }
 
-/// Who it is the envelope says.
+/// The vehicle's id is in the envelope.
 template <class Body, class Of>
 void layout_peer(Body& body, Of& peer) {
   body.section(1, [&](auto& a) {

@@ -55,7 +55,7 @@ inline fleet::RoleMessage some_role() {
   return role;
 }
 
-/// That stands in a passage and has two others.
+/// A peer at standstill in a passage with two others.
 inline fleet::PeerStatus some_peer(Rng& rng) {
   fleet::PeerStatus peer{VehicleId{1}, Time::from_s(5.0), true, fleet::PeerPose{}};
   peer.pose->T_start_body = fleet::random_pose(rng);
@@ -78,17 +78,17 @@ inline std::vector<fleet::Envelope> all_messages() {
   const auto add = [&all](fleet::Message message) {
     all.push_back({VehicleId{1}, std::nullopt, std::move(message)});
   };
-  fleet::RoundBoundary boundary;
-  boundary.term = 3;
-  boundary.until = Time::from_s(77.0);
-  boundary.paths.push_back(
+  fleet::SeparatorPrior separator;
+  separator.term = 3;
+  separator.until = Time::from_s(77.0);
+  separator.paths.push_back(
       {{VehicleId{1}, 2}, 300, fleet::random_pose(rng), fleet::random_covariance<6>(rng), false});
-  boundary.nodes.push_back({{VehicleId{1}, 2}, 300, true, {fleet::random_pose(rng), {}, {}, {}}});
-  boundary.biases.push_back({VehicleId{1}, VehicleId{2}, 0, 1, 0.04, 300, 290, 1.5});
-  boundary.tau_s = 0.001;
-  boundary.H = Eigen::MatrixXd::Identity(17, 17);
-  boundary.b = Eigen::VectorXd::LinSpaced(17, -1.0, 1.0);
-  add(boundary);
+  separator.nodes.push_back({{VehicleId{1}, 2}, 300, true, {fleet::random_pose(rng), {}, {}, {}}});
+  separator.biases.push_back({VehicleId{1}, VehicleId{2}, 0, 1, 0.04, 300, 290, 1.5});
+  separator.tau_s = 0.001;
+  separator.H = Eigen::MatrixXd::Identity(17, 17);
+  separator.b = Eigen::VectorXd::LinSpaced(17, -1.0, 1.0);
+  add(separator);
   add(fleet::PeerStatus{VehicleId{1}, Time::from_s(4.0), false});
   add(some_peer(rng));
   add(some_inventory());
@@ -106,7 +106,7 @@ inline std::vector<fleet::Envelope> all_messages() {
   fleet::RoleMessage ack = some_role();
   ack.op = fleet::RoleOp::kAck;
   ack.t_echo = Time::from_s(123.0);
-  ack.t_heard = Time::from_s(123.1);
+  ack.t_received = Time::from_s(123.1);
   add(ack);
   fleet::VehicleStatus status;
   status.term = 4;
@@ -114,7 +114,7 @@ inline std::vector<fleet::Envelope> all_messages() {
   status.waits_for = "v2: left/right of v1 unknown. Move v2 off its line by 1 m";
   status.T_odom_body = fleet::random_pose(rng);
   status.sigma_m = 0.25;
-  status.blind_azimuth_rad = 1.0;
+  status.degenerate_azimuth_rad = 1.0;
   status.at_rest = true;
   status.rssi_dbm = -80.5;
   status.t_send = Time::from_s(5.0);

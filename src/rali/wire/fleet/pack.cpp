@@ -27,8 +27,8 @@ void PackWriter::varint(std::uint64_t value) {
   out_.put(static_cast<std::uint8_t>(value));
 }
 
-void PackWriter::text(const std::string& value, std::size_t most) {
-  const std::string_view kept = std::string_view(value).substr(0, most);
+void PackWriter::text(const std::string& value, std::size_t maximum) {
+  const std::string_view kept = std::string_view(value).substr(0, maximum);
   varint(kept.size());
   out_.bytes(std::as_bytes(std::span(kept.data(), kept.size())));
 }
@@ -91,7 +91,7 @@ std::uint64_t PackReader::get_varint() {
     if (shift == kVarintBitsMax && bits > 1) break;
     value |= bits << shift;
     if ((byte & kMore) != 0) continue;
-    // One number has one form: else who passes a message on could change its bytes.
+    // Each number has exactly one encoding: otherwise forwarding a message could change its bytes.
     if (bits == 0 && shift != 0) break;
     return value;
   }
@@ -99,9 +99,9 @@ std::uint64_t PackReader::get_varint() {
   return 0;
 }
 
-void PackReader::text(std::string& value, std::size_t most) {
+void PackReader::text(std::string& value, std::size_t maximum) {
   const std::uint64_t n = get_varint();
-  if (n > most || n > remaining()) return fail_with("holds too long a text");
+  if (n > maximum || n > remaining()) return fail_with("holds too long a text");
   const auto raw = in_.bytes(static_cast<std::size_t>(n));
   value.assign(reinterpret_cast<const char*>(raw.data()), raw.size());
 }

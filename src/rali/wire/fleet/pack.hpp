@@ -15,11 +15,11 @@
 #include "rali/wire/byte_writer.hpp"
 
 /// Fields of messages between vehicles: little endian, packed. Writer and reader have the same
-/// members, so that one function (layout) states the order of fields for both.
+/// members, so that one function (layout) defines the order of fields for both.
 namespace rali::wire {
 
-/// Small numbers in few bytes: 7 bits per byte, low ones first, the top bit says that more follow.
-/// A signed number goes as 0, -1, 1, -2, ... -> 0, 1, 2, 3, ...
+/// Variable-length integers: 7 bits per byte, low ones first; the top bit is set if more follow.
+/// Signed numbers are mapped 0, -1, 1, -2, ... -> 0, 1, 2, 3, ...
 [[nodiscard]] constexpr std::uint64_t zigzag(std::int64_t v) {
   return (static_cast<std::uint64_t>(v) << 1) ^ static_cast<std::uint64_t>(v >> 63);
 }
@@ -48,7 +48,7 @@ class PackWriter {
 
   void signed_varint(std::int64_t value) { varint(zigzag(value)); }
 
-  void text(const std::string& value, std::size_t most);
+  void text(const std::string& value, std::size_t maximum);
 
   void bytes(std::span<const std::byte> raw) { out_.bytes(raw); }
 
@@ -83,7 +83,7 @@ class PackWriter {
   ByteWriter out_{Encoding::kRos1};
 };
 
-/// Reads what PackWriter wrote. After a fault all fields are zero and ok() stays false.
+/// Reads the output of PackWriter. After a fault all fields are zero and ok() stays false.
 class PackReader {
  public:
   static constexpr bool kReads = true;
@@ -92,7 +92,7 @@ class PackReader {
 
   [[nodiscard]] bool ok() const { return in_.ok() && fault_ == nullptr; }
 
-  /// What is wrong, if not ok().
+  /// The fault, if not ok().
   [[nodiscard]] const char* fault() const { return fault_ != nullptr ? fault_ : "ends too early"; }
 
   [[nodiscard]] std::size_t offset() const { return in_.offset(); }
@@ -133,7 +133,7 @@ class PackReader {
 
   void signed_varint(std::int64_t& value) { value = unzigzag(get_varint()); }
 
-  void text(std::string& value, std::size_t most);
+  void text(std::string& value, std::size_t maximum);
 
   [[nodiscard]] std::span<const std::byte> rest() { return in_.bytes(in_.remaining()); }
 
@@ -156,12 +156,12 @@ class PackReader {
   template <int N>
   void covariance(fleet::SquareMatrix<N>& m);
 
-  /// No more memory than the bytes explain: each element takes at least one of them.
+  /// Allocates no more than the bytes justify: each element takes at least one of them.
   template <class T, class Each>
-  void list(std::vector<T>& values, std::size_t most, Each&& each) {
+  void list(std::vector<T>& values, std::size_t maximum, Each&& each) {
     const std::uint64_t n = get_varint();
     values.clear();
-    if (n > most || n > remaining()) return fail_with("holds too long a list");
+    if (n > maximum || n > remaining()) return fail_with("holds too long a list");
     for (std::uint64_t k = 0; k < n && ok(); ++k) {
       values.emplace_back();
       each(*this, values.back());
@@ -186,8 +186,8 @@ class PackReader {
   const char* fault_ = nullptr;
 };
 
-/// A body is a sequence of sections: tag, length, content. A reader passes over tags it does not
-/// know, so a section may be added at the end; what is within one never changes.
+/// A body is a sequence of sections: tag, length, content. A reader skips unknown tags, so a
+/// section may be added at the end; the content of a released section never changes.
 class BodyWriter {
  public:
   static constexpr bool kReads = false;
@@ -202,13 +202,13 @@ class BodyWriter {
     out_.bytes(bytes);
   }
 
-  /// A section that is left out if it says nothing.
+  /// A section that is left out if not needed.
   template <class Fill>
   void optional_section(std::uint8_t tag, bool needed, Fill&& fill) {
     if (needed) section(tag, fill);
   }
 
-  /// Sections as they came.
+  /// Sections copied unchanged.
   void append(std::span<const std::byte> sections) { out_.bytes(sections); }
 
   [[nodiscard]] Bytes take() { return out_.take(); }
@@ -227,7 +227,7 @@ class BodyReader {
 
   [[nodiscard]] const char* fault() const { return fault_; }
 
-  /// A section that must be there, and is used up by `fill`.
+  /// A required section; `fill` must consume all of it.
   template <class Fill>
   void section(std::uint8_t tag, Fill&& fill) {
     PackReader content(take(tag));
@@ -245,7 +245,7 @@ class BodyReader {
     if (has(tag)) section(tag, fill);
   }
 
-  /// Tag, length and content of all sections that nobody asked for, in their order.
+  /// Tag, length and content of all sections that were not read, in their order.
   [[nodiscard]] std::vector<std::uint8_t> unread() const;
 
  private:

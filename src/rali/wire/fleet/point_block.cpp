@@ -6,8 +6,8 @@
 
 #include <zstd.h>
 
+#include "rali/fleet/facts/quantise.hpp"
 #include "rali/fleet/facts/rounding.hpp"
-#include "rali/fleet/facts/told.hpp"
 
 namespace rali::wire {
 
@@ -60,7 +60,7 @@ std::vector<PointCode> codes_of(const std::vector<std::uint8_t>& planes, std::si
         step |= std::uint64_t{planes[(3 * b + axis) * n + i]} << (8 * b);
       }
       at[axis] += static_cast<std::int32_t>(unzigzag(step));
-      // Steps of 2^23 add up beyond 32 bits after 256 points; no honest point is out of bounds.
+      // Steps of 2^23 sum beyond 32 bits after 256 points; no valid point is out of bounds.
       at[axis] = std::clamp(at[axis], -fleet::kPointSteps, fleet::kPointSteps - 1);
     }
     codes[i] = {at[0], at[1], at[2],
@@ -73,7 +73,7 @@ Bytes compressed(const std::vector<std::uint8_t>& planes) {
   Bytes out(ZSTD_compressBound(planes.size()));
   const std::size_t size =
       ZSTD_compress(out.data(), out.size(), planes.data(), planes.size(), kZstdLevel);
-  // Fails only for want of memory; the reader then refuses the empty section.
+  // Fails only without memory; the reader then refuses the empty section.
   out.resize(ZSTD_isError(size) != 0 ? 0 : size);
   return out;
 }

@@ -5,9 +5,9 @@
 
 namespace rali::wire {
 
-/// Points of a keyframe, `q1cm_zstd` (algorithms_fleet 11.3): steps of 1 cm, along a curve that
-/// keeps neighbours together, differences, one plane per byte, zstd. Points come back within 5 mm
-/// per axis, in the curve's order; intensities within 8 (at the top 15).
+/// Points of a keyframe, `q1cm_zstd` (algorithms_fleet 11.3): steps of 1 cm, sorted along a
+/// space-filling curve, differences, one plane per byte, zstd. Decoded points are within 5 mm per
+/// axis, in the curve's order; intensities within 8 (at the top 15).
 void write_point_block(BodyWriter& body, const fleet::KeyframePoints& points);
 void read_point_block(BodyReader& body, fleet::KeyframePoints& points);
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
+#include "rali/fleet/facts/quantise.hpp"
 #include "rali/fleet/facts/rounding.hpp"
-#include "rali/fleet/facts/told.hpp"
 
 namespace rali::wire {
 
@@ -17,7 +17,7 @@ using fleet::RotationCode;
 constexpr std::uint8_t kSection = 1;
 constexpr std::int64_t kNsPerUs = 1000;
 
-/// Who ranged whom, and what the last such range was.
+/// A pair of antennas, and its last range.
 struct Link {
   VehicleId from, to;
   std::uint8_t from_antenna = 0, to_antenna = 0;
@@ -29,7 +29,7 @@ struct Link {
   }
 };
 
-/// What the next entry is told against: the place goes on as it went (second differences).
+/// Prediction for the next entry: constant position step (second differences).
 struct Track {
   std::int64_t t_ns = 0;
   std::array<std::int64_t, 3> place{}, step{};
@@ -44,7 +44,7 @@ std::array<std::int64_t, 3> place_code(const RangeEntry& entry) {
   return code;
 }
 
-/// First byte of an entry: link << 4 | largest << 2 | at_rest << 1 | same time and place.
+/// First byte of an entry: link << 4 | largest << 2 | at_rest << 1 | same time and position.
 struct Head {
   std::uint64_t link = 0;
   std::uint8_t largest = 0;
@@ -77,7 +77,7 @@ void write_place(PackWriter& a, Track& track, const std::array<std::int64_t, 3>&
 }
 
 void read_place(PackReader& a, Track& track, std::uint8_t largest) {
-  // Unsigned, so that no bytes make a sum that is not defined.
+  // Unsigned, so that no input causes an undefined overflow.
   const auto sum = [](std::int64_t x, std::int64_t y) {
     return static_cast<std::int64_t>(static_cast<std::uint64_t>(x) + static_cast<std::uint64_t>(y));
   };

@@ -1,4 +1,4 @@
-// Sizes of messages: algorithms_fleet 11.3, T24; the numbers stand in README.md.
+// Sizes of messages: algorithms_fleet 11.3, T24; the numbers are in README.md.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -21,7 +21,7 @@ const fleet::KeyframePoints& points_of(const fleet::Envelope& envelope) {
   return std::get<fleet::KeyframePoints>(fact.body);
 }
 
-/// In the order in which points are sent.
+/// In the order of transmission.
 std::vector<Place> in_order(const fleet::KeyframePoints& points) {
   std::vector<std::pair<std::uint64_t, Place>> placed;
   for (std::size_t k = 0; k < points.size(); ++k) {

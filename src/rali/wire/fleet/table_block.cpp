@@ -22,23 +22,23 @@ constexpr int kRotationBits = 15;
 constexpr std::int64_t kPlaceMax = std::int64_t{1} << 40;
 
 /// One byte for 0.1 mm to 270 m, or rad: steps of 6 %; 0 is 0.
-constexpr double kSigmaLeast = 1e-4, kSigmaRatio = 1.06;
+constexpr double kSigmaMin = 1e-4, kSigmaRatio = 1.06;
 
 std::uint8_t sigma_code(double sigma) {
   if (!(sigma > 0.0)) return 0;
-  const double steps = std::round(std::log(sigma / kSigmaLeast) / std::log(kSigmaRatio)) + 1.0;
+  const double steps = std::round(std::log(sigma / kSigmaMin) / std::log(kSigmaRatio)) + 1.0;
   return static_cast<std::uint8_t>(std::clamp(steps, 1.0, 255.0));
 }
 
 double sigma_of(std::uint8_t code) {
-  return code == 0 ? 0.0 : kSigmaLeast * std::pow(kSigmaRatio, code - 1);
+  return code == 0 ? 0.0 : kSigmaMin * std::pow(kSigmaRatio, code - 1);
 }
 
 /// Half a turn in 256 steps.
 std::uint8_t azimuth_code(double azimuth_rad) {
   const double turns = azimuth_rad / std::numbers::pi;
-  const double share = turns - std::floor(turns);
-  return static_cast<std::uint8_t>(static_cast<unsigned>(std::lround(share * 256.0)) & 0xFFU);
+  const double fraction = turns - std::floor(turns);
+  return static_cast<std::uint8_t>(static_cast<unsigned>(std::lround(fraction * 256.0)) & 0xFFU);
 }
 
 void write_sigma(PackWriter& a, const PoseSigma& s) {
@@ -57,7 +57,8 @@ void read_sigma(PackReader& a, PoseSigma& s) {
   s.major_azimuth_rad = azimuth * std::numbers::pi / 256.0;
 }
 
-/// A rotation in 15 bits a part: the parts fit two bytes, their largest takes the third.
+/// A rotation: one byte for the index of the largest part, then three parts of 15 bits in two bytes
+/// each.
 void write_rotation(PackWriter& a, const geometry::Mat3& R) {
   const fleet::RotationCode code = fleet::rotation_code(R, kRotationBits);
   a.number(code.largest);
@@ -87,7 +88,7 @@ std::array<std::int64_t, 3> place_code(const SE3& T) {
   return code;
 }
 
-/// Neighbours on a path are near each other: places are told against the pose before.
+/// Poses along a path are near each other: positions are encoded as differences.
 void write_pose(PackWriter& a, const SE3& T, std::array<std::int64_t, 3>& before) {
   const auto place = place_code(T);
   for (std::size_t k = 0; k < 3; ++k) a.signed_varint(place[k] - before[k]);

@@ -9,29 +9,29 @@
 #include "rali/sensor/lidar_models.hpp"
 #include "rali/wire/internal/time_choice.hpp"
 
-// A spinning sensor is a clock: the azimuth of a point tells when it was measured. What must be
-// known is where the sweep begins and which way it turns. If the points lie in order of azimuth,
-// once around, the order tells both; else the sensor's (clockwise for all known makes) and KITTI's
-// convention: from the rear, s = 0.5 (1 - atan2(y, x) / pi).
+// The azimuth of a spinning sensor's point gives its time, if the start and direction of the turn
+// are known. If the points are ordered by azimuth, once around, their order gives both. Otherwise
+// the direction is the sensor's (clockwise for all known makes) and the start KITTI's convention:
+// from the rear, s = 0.5 (1 - atan2(y, x) / pi).
 namespace rali::wire::internal {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
-/// Share of the horizon with points, in sectors of 10 deg.
-double horizon_share(const FirstClouds& first) {
+/// Fraction of the horizon with points, in sectors of 10 deg.
+double horizon_fraction(const FirstClouds& first) {
   std::array<bool, 36> seen{};
   for (const FirstClouds::Cloud& cloud : first.clouds) {
     for (std::size_t i = 0; i < cloud.valid.size(); ++i) {
       if (cloud.valid[i] == 0) continue;
-      const double share = std::atan2(cloud.y_m[i], cloud.x_m[i]) / kTurn + 0.5;
-      seen[std::min<std::size_t>(35, static_cast<std::size_t>(share * 36.0))] = true;
+      const double fraction = std::atan2(cloud.y_m[i], cloud.x_m[i]) / kTurn + 0.5;
+      seen[std::min<std::size_t>(35, static_cast<std::size_t>(fraction * 36.0))] = true;
     }
   }
   return static_cast<double>(std::count(seen.begin(), seen.end(), true)) / 36.0;
 }
 
-/// What the order of the points says: where the turn begins and which way it goes.
+/// Start and direction of the turn, from the order of the points.
 struct Turn {
   double start_rad = 0.0;
   bool clockwise = true;
@@ -52,10 +52,10 @@ std::optional<Turn> turn_of(const FirstClouds::Cloud& cloud) {
     previous = azimuth;
     if (count++ == 0) start.push_back(azimuth);
   }
-  // Once around, and hardly ever back: lasers of one column differ by some degrees.
+  // Once around, with little backward motion: lasers of one column differ by some degrees.
   const bool once = std::abs(turned) > 0.6 * kTurn && std::abs(turned) < 1.1 * kTurn;
   if (!once || count < 100) return std::nullopt;
-  // The mean step back within a column must be small against a turn.
+  // The mean step back within a column must be small relative to a turn.
   const double mean_step = back_and_forth / static_cast<double>(count);
   if (mean_step > 0.2) return std::nullopt;
   return Turn{start[0], turned < 0.0};
@@ -93,25 +93,25 @@ std::string choose_azimuth(const FirstClouds& first, const CloudFormatOptions& o
   if (!asked && model != nullptr && !model->spinning && model->name != "generic") {
     return deskewing_off(fmt::format("a {} does not spin", model->name), format);
   }
-  // Sensors turn at 5 to 20 Hz: clouds farther apart are picked from a recording, mostly by a
-  // programme that has undistorted them.
+  // Sensors turn at 5 to 20 Hz: clouds farther apart are a selection from a recording, usually by a
+  // program that has undistorted them.
   constexpr double kSlowestTurn_s = 0.25;
-  if (!asked && format.sweep_period_s > kSlowestTurn_s) {
+  if (!asked && format.scan_period_s > kSlowestTurn_s) {
     return deskewing_off(
-        fmt::format("no time field, and no sensor turns once in {:.2f} s", format.sweep_period_s),
+        fmt::format("no time field, and no sensor turns once in {:.2f} s", format.scan_period_s),
         format);
   }
   constexpr double kWholeHorizon = 0.6;
   if (!asked && !known && !ringed) {
     return deskewing_off("no time field, and the sensor's model is not known", format);
   }
-  if (!asked && horizon_share(first) < kWholeHorizon) {
+  if (!asked && horizon_fraction(first) < kWholeHorizon) {
     return deskewing_off("no time field, and the clouds do not cover the horizon", format);
   }
   format.point_time = PointTime::kAzimuth;
   format.header_stamp =
       options.header_stamp == HeaderStamp::kEnd ? HeaderStamp::kEnd : HeaderStamp::kStart;
-  format.span_s = format.sweep_period_s;
+  format.span_s = format.scan_period_s;
   std::string from = "from the rear";
   if (const std::optional<Turn> turn = common_turn(first)) {
     format.azimuth_clockwise = turn->clockwise;
@@ -129,7 +129,7 @@ std::string choose_azimuth(const FirstClouds& first, const CloudFormatOptions& o
   }
   return fmt::format("time: from azimuth, {} {}, {:.4f} s per turn; stamp = {} of scan",
                      format.azimuth_clockwise ? "clockwise" : "counter-clockwise", from,
-                     format.sweep_period_s,
+                     format.scan_period_s,
                      format.header_stamp == HeaderStamp::kEnd ? "end" : "start");
 }
 

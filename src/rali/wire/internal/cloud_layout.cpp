@@ -61,7 +61,7 @@ Result<CloudLayout> cloud_layout(const CloudView& cloud) {
   }
   layout.point_stride = cloud.point_step;
   layout.extent = fields_end(cloud);
-  // 32 bits times 32 bits fits; times point_step it need not, so divide instead.
+  // The product of two 32-bit numbers fits; times point_step it may not, so this divides.
   const std::uint64_t points = std::uint64_t{cloud.height} * cloud.width;
   if (points > cloud.data.size() / layout.extent) {
     return tl::make_unexpected(
@@ -70,7 +70,7 @@ Result<CloudLayout> cloud_layout(const CloudView& cloud) {
   }
   layout.points = static_cast<std::size_t>(points);
   const std::size_t tight = layout.columns * layout.point_stride;
-  // Drivers of unorganised clouds leave row_step 0 or stale: a smaller one cannot be meant.
+  // Drivers of unorganised clouds leave row_step 0 or stale: a smaller one is ignored.
   const bool padded = layout.rows > 1 && cloud.row_step > tight;
   layout.row_stride = padded ? cloud.row_step : tight;
   const std::size_t end = layout.offset(layout.rows - 1, layout.columns - 1) + layout.extent;

@@ -11,31 +11,31 @@
 
 namespace rali::wire::internal {
 
-/// Where the points of a cloud lie, checked against its bytes.
+/// Memory layout of a cloud's points, checked against its bytes.
 struct CloudLayout {
   std::size_t points = 0;
   std::size_t rows = 0, columns = 0;
   std::size_t row_stride = 0, point_stride = 0;
-  std::size_t extent = 0;  ///< bytes that a point certainly has: the last one may lack padding
+  std::size_t extent = 0;  ///< minimum bytes of a point: the last one may lack padding
 
   [[nodiscard]] std::size_t offset(std::size_t row, std::size_t column) const {
     return row * row_stride + column * point_stride;
   }
 
-  /// True if the points follow each other without gaps between rows.
+  /// True if the points are contiguous, without gaps between rows.
   [[nodiscard]] bool flat() const { return rows <= 1 || row_stride == columns * point_stride; }
 };
 
 /// Bytes of one value; 0 for types that do not exist.
 [[nodiscard]] std::size_t type_size(FieldType type);
 
-/// "uint32", or "type 9" for what does not exist.
+/// "uint32", or "type 9" for a type that does not exist.
 [[nodiscard]] std::string type_name(FieldType type);
 
-/// Checks size, steps and data against each other. Errors (kInput) name the contradiction.
+/// Checks size, steps and data for consistency. Errors (kInput) name the contradiction.
 [[nodiscard]] Result<CloudLayout> cloud_layout(const CloudView& cloud);
 
-/// True if every point has the whole of this field.
+/// True if every point contains the whole field.
 [[nodiscard]] bool field_fits(const CloudView& cloud, const CloudField& field);
 
 /// Index of the first field with this name that fits, -1 if there is none.

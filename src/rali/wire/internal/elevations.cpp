@@ -5,7 +5,7 @@
 #include "rali/wire/internal/ring_choice.hpp"
 
 // A laser at a fixed elevation makes a sharp peak in the histogram of elevations; between two
-// lasers there is next to nothing. Sensors that scan freely (Livox) and merged or downsampled
+// lasers it is nearly empty. Sensors without fixed elevations (Livox) and merged or downsampled
 // clouds fill the valleys.
 namespace rali::wire::internal {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 constexpr double kBinRad = 0.04 * std::numbers::pi / 180.0;
 constexpr double kLimitRad = 65.0 * std::numbers::pi / 180.0;
 constexpr std::size_t kRingsMin = 8, kRingsMax = 128;
-constexpr double kFarM = 3.0;     ///< nearer points blur: lasers do not leave the axis in one point
+constexpr double kFarM = 3.0;     ///< nearer points blur: lasers have no common origin
 constexpr double kValley = 0.25;  ///< of the lower neighbouring peak
 constexpr double kInPeaksMin = 0.85;
 
@@ -43,8 +43,8 @@ std::vector<double> smoothed(const std::vector<double>& counts) {
   return smooth;
 }
 
-/// Peaks parted by valleys: index of the top of each.
-std::vector<std::size_t> peaks_of(const std::vector<double>& smooth, double least) {
+/// Peaks separated by valleys: index of the maximum of each.
+std::vector<std::size_t> peaks_of(const std::vector<double>& smooth, double minimum) {
   std::vector<std::size_t> peaks;
   std::size_t top = 0;
   double lowest = 0.0;
@@ -52,20 +52,20 @@ std::vector<std::size_t> peaks_of(const std::vector<double>& smooth, double leas
   for (std::size_t i = 0; i < smooth.size(); ++i) {
     if (climbing) {
       if (smooth[i] > smooth[top]) top = i;
-      if (smooth[top] >= least && smooth[i] < kValley * smooth[top]) {
+      if (smooth[top] >= minimum && smooth[i] < kValley * smooth[top]) {
         peaks.push_back(top);
         climbing = false;
         lowest = smooth[i];
       }
     } else {
       lowest = std::min(lowest, smooth[i]);
-      if (smooth[i] >= least && lowest < kValley * smooth[i]) {
+      if (smooth[i] >= minimum && lowest < kValley * smooth[i]) {
         climbing = true;
         top = i;
       }
     }
   }
-  if (climbing && smooth[top] >= least) peaks.push_back(top);
+  if (climbing && smooth[top] >= minimum) peaks.push_back(top);
   return peaks;
 }
 
@@ -84,7 +84,7 @@ std::vector<float> centres(const std::vector<double>& counts, const std::vector<
       sum += counts[i] * (static_cast<double>(i) + 0.5);
       weight += counts[i];
     }
-    // One bin either side of the cut belongs to the peak, too.
+    // The bin on either side of the cut belongs to the peak, too.
     in_peaks += weight + (from > 0 ? counts[from - 1] : 0.0) +
                 (to + 1 < counts.size() ? counts[to + 1] : 0.0);
     if (weight > 0.0) found.push_back(static_cast<float>(sum / weight * kBinRad - kLimitRad));
@@ -98,9 +98,9 @@ std::vector<float> find_beyond(const FirstClouds& first, double nearest_m, bool&
   enough = points >= 40 * kRingsMin;
   if (!enough) return {};
   const std::vector<double> smooth = smoothed(counts);
-  // A ring may see little, but not a thousandth of the points.
-  const double least = std::max(2.0, 0.0005 * static_cast<double>(points));
-  const std::vector<std::size_t> peaks = peaks_of(smooth, least);
+  // A ring may have few points, but more than this fraction (half a thousandth).
+  const double minimum = std::max(2.0, 0.0005 * static_cast<double>(points));
+  const std::vector<std::size_t> peaks = peaks_of(smooth, minimum);
   double in_peaks = 0.0;
   std::vector<float> found = centres(counts, smooth, peaks, in_peaks);
   const bool discrete = found.size() >= kRingsMin && found.size() <= kRingsMax &&
@@ -115,7 +115,7 @@ std::vector<float> find_elevations(const FirstClouds& first) {
   bool enough = false;
   std::vector<float> far = find_beyond(first, kFarM, enough);
   if (enough) {
-    // Steep lasers may reach nothing beyond 3 m: then all points tell more rings.
+    // Steep lasers may reach nothing beyond 3 m: then all points give more rings.
     std::vector<float> all = find_beyond(first, 0.0, enough);
     return all.size() > far.size() ? all : far;
   }

@@ -6,10 +6,10 @@
 namespace rali::wire::internal {
 namespace {
 
-// Enough for clusters of 128 elevations, and 10 such clouds are looked at in a few milliseconds.
+// Enough for clusters of 128 elevations; 10 such clouds are processed in a few milliseconds.
 constexpr std::size_t kSampleMax = 40'000;
 constexpr std::size_t kCloudsMax = 10;
-// Sweeps between 1 Hz and 50 Hz; other distances of stamps are gaps, batches or repeats.
+// Scans between 1 Hz and 50 Hz; other intervals of stamps are gaps, batches or repeats.
 constexpr double kPeriodMinS = 0.02, kPeriodMaxS = 1.0;
 
 FirstClouds::Cloud sample(const CloudView& view, const CloudLayout& layout,
@@ -71,7 +71,7 @@ Result<FirstClouds> look_at(std::span<const CloudView> clouds) {
         return fail(ErrorCode::kInput, {}, "the clouds have no fields x, y, z");
       }
     } else if (!same_fields(view, *first.clouds[0].view)) {
-      continue;  // decided by the first; decode_cloud refuses what does not fit
+      continue;  // decided by the first; decode_cloud refuses others
     }
     first.clouds.push_back(sample(view, *layout, first));
     if (first.clouds.size() == kCloudsMax) break;

@@ -8,8 +8,8 @@
 
 namespace rali::wire::internal {
 
-/// The first non-empty clouds of a topic with what several decisions need: a thinned-out sample of
-/// each cloud's points in the order of the data.
+/// The first non-empty clouds of a topic with the input of several decisions: a thinned-out sample
+/// of each cloud's points in the order of the data.
 struct FirstClouds {
   struct Cloud {
     const CloudView* view = nullptr;
@@ -21,7 +21,7 @@ struct FirstClouds {
   };
 
   std::vector<Cloud> clouds;
-  double stamp_period_s = 0.0;  ///< median distance of the stamps, 0 if they do not tell
+  double stamp_period_s = 0.0;  ///< median interval of the stamps, 0 if unknown
   int x = -1, y = -1, z = -1;
 
   [[nodiscard]] const std::vector<CloudField>& fields() const { return clouds[0].view->fields; }

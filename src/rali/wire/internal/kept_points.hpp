@@ -9,7 +9,7 @@
 #include "rali/wire/cloud_format.hpp"
 #include "rali/wire/internal/cloud_layout.hpp"
 
-// The hot loops of decode_cloud: which points are kept, and one field of the kept points.
+// The inner loops of decode_cloud: selection of points, and one field of the kept points.
 namespace rali::wire::internal {
 
 using sensor::LidarScan;
@@ -29,10 +29,11 @@ struct Limits {
 [[nodiscard]] inline Limits limits_of(const CloudFormatOptions& options) {
   Limits limits;
   const auto clamped = [](double value) {
-    return static_cast<float>(std::clamp(value, 0.0, 1e18));  // the square must stay a float
+    return static_cast<float>(std::clamp(value, 0.0, 1e18));  // the square must be finite as a
+                                                              // float
   };
   const float nearest_m = clamped(options.range_m[0]), farthest_m = clamped(options.range_m[1]);
-  // At least the smallest number, so that a point at exactly zero is out without a test of its own.
+  // At least the smallest number, so that a point at exactly zero needs no test of its own.
   limits.range2_min_m2 = std::max(nearest_m * nearest_m, std::numeric_limits<float>::min());
   limits.range2_max_m2 = farthest_m * farthest_m;
   if (options.self_box_lidar_m) {
@@ -48,7 +49,7 @@ struct Limits {
   return x >= box[0] && x <= box[1] && y >= box[2] && y <= box[3] && z >= box[4] && z <= box[5];
 }
 
-/// x y z as three float32 of this machine's order, one after the other: what nearly all send.
+/// x y z as three contiguous float32 of this machine's byte order: the usual case.
 struct PackedXyz {
   std::size_t offset;
 
@@ -93,7 +94,7 @@ void choose_points(const CloudView& cloud, const CloudLayout& layout, const Xyz&
       float x, y, z;
       xyz(cloud.data.data() + at, x, y, z);
       const float range2_m2 = x * x + y * y + z * z;
-      // Written always, kept or not: the next kept point overwrites it. False for NaN.
+      // Always written: the next kept point overwrites a dropped one. False for NaN.
       px[count] = x;
       py[count] = y;
       pz[count] = z;
@@ -143,7 +144,7 @@ void gather(const CloudView& cloud, int field, const Kept& kept, Out* out, Conve
   });
 }
 
-/// Keeps the points for which keep(i); all arrays that are filled so far are closed up.
+/// Keeps the points for which keep(i), and compacts all arrays filled so far.
 template <class Keep>
 std::uint32_t close_up(Kept& kept, LidarScan& out, Keep keep) {
   std::size_t to = 0;

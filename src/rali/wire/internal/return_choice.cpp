@@ -9,11 +9,11 @@
 
 #include "rali/wire/internal/time_choice.hpp"
 
-// The numbers behind return types differ between drivers (first, last, strongest, "identical"), so
-// their meaning is found from the points: two points of one direction in one sweep are two returns
-// of one pulse. Of the types that meet in a pulse one is kept: the most frequent, or the one that
-// is the stronger or the farther of the two in most pulses. A type that always comes alone
-// ("identical") is kept, too.
+// The numbers of return types differ between drivers (first, last, strongest, "identical"), so
+// their meaning is derived from the points: two points of one direction in one scan are two returns
+// of one pulse. Of the types that share a pulse one is kept: the most frequent, or the one that is
+// the stronger or the farther of the two in most pulses. A type that is always alone ("identical")
+// is kept, too.
 namespace rali::wire::internal {
 namespace {
 
@@ -21,7 +21,7 @@ constexpr std::array<std::string_view, 5> kReturnNames = {"return_type", "return
                                                           "echo", "return_number"};
 constexpr std::size_t kTypes = 32;
 
-/// A point of the sample by its direction in steps of 0.02 deg: finer than any sensor's grid.
+/// The direction of a sample point in steps of 0.02 deg: finer than any sensor's grid.
 struct Shot {
   std::int32_t azimuth = 0, elevation = 0;
   std::uint32_t type = 0;
@@ -58,7 +58,7 @@ std::vector<Shot> shots_of(const FirstClouds::Cloud& cloud, int field, int inten
 /// Per type: points, and points that share their pulse with another type.
 struct Census {
   std::array<std::size_t, kTypes> all{}, shared{};
-  std::array<std::size_t, kTypes> stronger{}, farther{};  ///< of the two of a pulse
+  std::array<std::size_t, kTypes> stronger{}, farther{};  ///< of the two points of a pulse
 };
 
 void count(const std::vector<Shot>& shots, Census& census) {
@@ -76,7 +76,7 @@ void count(const std::vector<Shot>& shots, Census& census) {
   }
 }
 
-/// What the kept type has most of, by what was asked.
+/// The count by which the kept type is chosen, by option.
 const std::array<std::size_t, kTypes>& ranking(const Census& census, Returns returns) {
   if (returns == Returns::kStrongest) return census.stronger;
   return returns == Returns::kLast ? census.farther : census.all;
@@ -91,7 +91,7 @@ bool must_choose(const CloudFormatOptions& options) {
   return options.returns == Returns::kStrongest || options.returns == Returns::kLast;
 }
 
-/// The user asked for a return that nothing in the clouds names.
+/// The user set a return, but the clouds have no field for it.
 void note_no_field(CloudFormat& format) {
   format.findings.push_back(cloud_finding(
       "D06", Severity::kWarning, "the clouds have no field that names the return of a point",
@@ -115,7 +115,7 @@ std::string choose_returns(const FirstClouds& first, const CloudFormatOptions& o
   for (const FirstClouds::Cloud& cloud : first.clouds) {
     if (cloud.stride == 1) count(shots_of(cloud, field, format.intensity), census);
   }
-  // Shared pulses by chance are few; a second return is shared for the most part.
+  // Few points share a pulse by chance; most points of a second return do.
   std::size_t best = kTypes;
   const auto second = [&](std::size_t type) {
     return census.all[type] > 0 && 2 * census.shared[type] > census.all[type];

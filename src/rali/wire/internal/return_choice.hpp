@@ -8,7 +8,7 @@ namespace rali::wire::internal {
 
 /// If points carry a return type and one laser pulse made several points, chooses the types to
 /// leave out, so that each pulse keeps one (options.returns == kOne).
-/// @return what to say about it in the summary; empty for single returns
+/// @return the text for the summary; empty for single returns
 [[nodiscard]] std::string choose_returns(const FirstClouds& first,
                                          const CloudFormatOptions& options, CloudFormat& format);
 

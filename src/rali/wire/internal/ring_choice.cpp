@@ -17,7 +17,7 @@ namespace {
 constexpr std::array<std::string_view, 8> kRingNames = {
     "ring", "line", "channel", "ring_id", "laser_id", "laser", "scan_line", "ring_index"};
 
-/// Lasers of the sensors that exist; a count in between means that some saw nothing.
+/// Laser counts of existing sensors; a count in between means that some lasers had no returns.
 constexpr std::array<int, 13> kUsualRings = {1, 2, 4, 6, 8, 16, 32, 40, 48, 64, 80, 96, 128};
 constexpr int kRingsMax = 1024;
 
@@ -30,7 +30,7 @@ int rounded_up(int rings) {
   return rings;
 }
 
-/// Median elevation of the points of each ring, where it has at least a few.
+/// Median elevation of the points of each ring, if it has at least a few.
 struct RingField {
   int largest = -1;
   bool whole = true;  ///< integers from 0 to kRingsMax
@@ -79,7 +79,7 @@ RingField read_ring_field(const FirstClouds& first, int field) {
   });
 }
 
-/// Livox sensors sweep their few lines over the whole field of view: rings, but no elevations.
+/// Livox sensors move their few lines over the whole field of view: rings, but no elevations.
 bool looks_like_livox(const FirstClouds& first) {
   const CloudView& view = *first.clouds[0].view;
   return find_field(view, "line") >= 0 && find_field(view, "tag") >= 0;
@@ -113,7 +113,7 @@ void guess_model(std::span<const float> elevations_rad, const CloudFormatOptions
 }
 
 bool take_ring_field(const FirstClouds& first, const CloudFormatOptions& options,
-                     CloudFormat& format, std::string& said) {
+                     CloudFormat& format, std::string& reported) {
   for (const std::string_view name : kRingNames) {
     const int field = find_field(*first.clouds[0].view, name);
     if (field < 0) continue;
@@ -138,14 +138,14 @@ bool take_ring_field(const FirstClouds& first, const CloudFormatOptions& options
     format.ring = field;
     format.ring_from = RingFrom::kField;
     format.rings = static_cast<std::uint16_t>(rounded_up(rings.largest + 1));
-    said = fmt::format("ring: field '{}' 0..{}", name, rings.largest);
+    reported = fmt::format("ring: field '{}' 0..{}", name, rings.largest);
     if (livox) {
       if (options.model == "auto") format.model = format.rings == 4 ? "mid360" : "generic";
       return true;
     }
     guess_model(sorted_elevations(rings), options, format);
     if (!by_elevation(rings)) {
-      said += " (not in order of elevation)";
+      reported += " (not in order of elevation)";
       format.findings.push_back(cloud_finding(
           "D06", Severity::kInfo,
           fmt::format("field '{}' does not number the rings by elevation: fine", name), {}, {}));
@@ -157,7 +157,7 @@ bool take_ring_field(const FirstClouds& first, const CloudFormatOptions& options
 
 /// An organised cloud whose rows (or columns) each keep one elevation.
 bool take_rows(const FirstClouds& first, const CloudFormatOptions& options, CloudFormat& format,
-               std::string& said) {
+               std::string& reported) {
   const CloudLayout& layout = first.clouds[0].layout;
   const std::size_t lines = std::min(layout.rows, layout.columns);
   if (lines < 8 || lines > 256) return false;
@@ -179,13 +179,14 @@ bool take_rows(const FirstClouds& first, const CloudFormatOptions& options, Clou
   if (distinct + 1 < sorted.size() * 3 / 4) return false;
   format.ring_from = rows ? RingFrom::kRow : RingFrom::kColumn;
   format.rings = static_cast<std::uint16_t>(lines);
-  said = fmt::format("ring: {} of the organised cloud 0..{}", rows ? "row" : "column", lines - 1);
+  reported =
+      fmt::format("ring: {} of the organised cloud 0..{}", rows ? "row" : "column", lines - 1);
   guess_model(sorted, options, format);
   return true;
 }
 
-/// Adds the rings of the model that saw nothing, at their design elevations, so that indices are
-/// the same in every recording of the sensor.
+/// Adds the model's rings without returns, at their design elevations, so that indices are the same
+/// in every recording of the sensor.
 void complete_rings(const sensor::LidarModel& model, std::vector<float>& elevations_rad) {
   if (elevations_rad.size() >= model.elevations_deg.size()) return;
   std::vector<float> all;
@@ -195,15 +196,15 @@ void complete_rings(const sensor::LidarModel& model, std::vector<float>& elevati
 }
 
 bool take_elevations(const FirstClouds& first, const CloudFormatOptions& options,
-                     CloudFormat& format, std::string& said) {
+                     CloudFormat& format, std::string& reported) {
   const sensor::LidarModel* model = sensor::find_lidar_model(format.model);
   if (model != nullptr && !model->elevations_deg.empty()) {
     for (const float deg : model->elevations_deg) format.ring_elevations_rad.push_back(deg * kRad);
-    said = fmt::format("ring: from elevation by model {}", model->name);
+    reported = fmt::format("ring: from elevation by model {}", model->name);
   } else {
     format.ring_elevations_rad = find_elevations(first);
     if (format.ring_elevations_rad.empty()) return false;
-    said = fmt::format("ring: {} found from elevation", format.ring_elevations_rad.size());
+    reported = fmt::format("ring: {} found from elevation", format.ring_elevations_rad.size());
     guess_model(format.ring_elevations_rad, options, format);
     model = sensor::find_lidar_model(format.model);
     if (model != nullptr) complete_rings(*model, format.ring_elevations_rad);
@@ -219,10 +220,10 @@ bool take_elevations(const FirstClouds& first, const CloudFormatOptions& options
 std::string choose_rings(const FirstClouds& first, const CloudFormatOptions& options,
                          CloudFormat& format) {
   format.model = options.model == "auto" ? "generic" : options.model;
-  std::string said;
-  if (take_ring_field(first, options, format, said)) return said;
-  if (take_rows(first, options, format, said)) return said;
-  if (take_elevations(first, options, format, said)) return said;
+  std::string reported;
+  if (take_ring_field(first, options, format, reported)) return reported;
+  if (take_rows(first, options, format, reported)) return reported;
+  if (take_elevations(first, options, format, reported)) return reported;
   format.findings.push_back(cloud_finding("D06", Severity::kInfo,
                                           "the clouds have no rings and no discrete elevations",
                                           "the scan is treated as one set of points", {}));

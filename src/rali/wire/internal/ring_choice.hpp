@@ -11,9 +11,9 @@ namespace rali::wire::internal {
 /// the first clouds; empty if they do not form 8 to 128 clear clusters.
 [[nodiscard]] std::vector<float> find_elevations(const FirstClouds& first);
 
-/// Decides where ring indices come from and which model it may be; writes ring, ring_from, rings,
+/// Decides the source of ring indices and the likely model; writes ring, ring_from, rings,
 /// elevations, model and findings D06.
-/// @return what to say about it in the summary
+/// @return the text for the summary
 [[nodiscard]] std::string choose_rings(const FirstClouds& first, const CloudFormatOptions& options,
                                        CloudFormat& format);
 

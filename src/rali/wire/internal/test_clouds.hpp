@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "rali/wire/cloud_pack.hpp"
-#include "rali/wire/internal/test_sweep.hpp"
+#include "rali/wire/internal/test_scan.hpp"
 
-// Three sweeps of a VLP-16 in a room, as tests of the cloud decision want them.
+// Three scans of a VLP-16 in a room, for tests of the cloud decision.
 namespace rali::wire::internal {
 
 using sensor::LidarScan;
@@ -15,12 +15,12 @@ using sensor::LidarScan;
 inline const Time kStart = Time::from_ns(1'700'000'000'123'456'789);
 constexpr double kPeriodS = 0.1;
 
-/// Three sweeps, `kPeriodS` apart, in one layout.
+/// Three scans, `kPeriodS` apart, in one layout.
 inline std::vector<PackedCloud> three(CloudStyle style, HeaderStamp stamp = HeaderStamp::kStart,
                                       bool big_endian = false) {
   std::vector<PackedCloud> clouds;
   for (int i = 0; i < 3; ++i) {
-    const LidarScan scan = vlp16_sweep(kStart + Duration::from_s(i * kPeriodS));
+    const LidarScan scan = vlp16_scan(kStart + Duration::from_s(i * kPeriodS));
     clouds.push_back(pack_cloud(scan, "lidar", style, stamp, big_endian));
   }
   return clouds;
@@ -39,17 +39,17 @@ inline bool has_finding(const CloudFormat& format, std::string_view id) {
   return false;
 }
 
-/// The third sweep must come back with times (to `tolerance_s`) and rings.
+/// The third scan must be decoded with times (to `tolerance_s`) and rings.
 inline void expect_third(const CloudView& cloud, const CloudFormat& format,
                          const CloudFormatOptions& options, double tolerance_s) {
-  const LidarScan want = vlp16_sweep(kStart + Duration::from_s(2 * kPeriodS));
+  const LidarScan want = vlp16_scan(kStart + Duration::from_s(2 * kPeriodS));
   LidarScan got;
   const Status status = decode_cloud(cloud, format, options, got);
   ASSERT_TRUE(status.has_value()) << status.error().message();
   ASSERT_EQ(got.size(), want.size());
   EXPECT_EQ(got.x_m, want.x_m);
   EXPECT_EQ(got.z_m, want.z_m);
-  EXPECT_NEAR(seconds_between(want.t_begin, got.t_begin), 0.0, tolerance_s);
+  EXPECT_NEAR(seconds_between(want.t_start, got.t_start), 0.0, tolerance_s);
   EXPECT_NEAR(seconds_between(want.t_end, got.t_end), 0.0, tolerance_s);
   EXPECT_TRUE(got.has_point_times);
   for (std::size_t i = 0; i < got.size(); i += 97) {

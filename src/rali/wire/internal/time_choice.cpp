@@ -7,9 +7,9 @@
 
 #include <fmt/format.h>
 
-// By value, never by the maker's name: the same names carry seconds, microseconds and nanoseconds,
-// from the header or from 1970 (users.md section 3). What is fixed is the sensor: one sweep takes
-// 0.02 to 0.6 s. The four units differ by 1000, so at most one of them makes such a span.
+// Decides by value, not by name: the same names are used for seconds, microseconds and nanoseconds,
+// from the header or from 1970 (users.md section 3). One scan takes 0.02 to 0.6 s with any sensor.
+// The four units differ by 1000, so at most one of them gives such a span.
 namespace rali::wire::internal {
 namespace {
 
@@ -19,10 +19,10 @@ constexpr std::array<std::string_view, 16> kTimeNames = {
     "t_offset",    "relative_time", "rel_time",   "stamp",      "ts",
     "dt"};
 
-constexpr double kSpanMinS = 0.015, kSpanMaxS = 0.6;  ///< of one sweep, gaps and slow ones included
-constexpr double kSpanSetMaxS = 3.0;  ///< of one sweep, even where the unit is set by hand
+constexpr double kSpanMinS = 0.015, kSpanMaxS = 0.6;  ///< of one scan, with gaps and slow ones
+constexpr double kSpanSetMaxS = 3.0;  ///< of one scan, even if the unit is set by hand
 constexpr double kSpanUsualMinS = 0.018, kSpanUsualMaxS = 0.22;
-constexpr double kRelativeMaxS = 1.2;    ///< beyond this a time counts from somewhere else
+constexpr double kRelativeMaxS = 1.2;    ///< a larger time has another reference
 constexpr double kSameClockS = 1.0;      ///< header and points further apart: two clocks
 constexpr std::size_t kDistinctMin = 8;  ///< fewer different times cannot deskew
 
@@ -33,7 +33,7 @@ struct Unit {
 
 constexpr std::array<Unit, 4> kUnits = {{{1.0, "s"}, {1e-3, "ms"}, {1e-6, "us"}, {1e-9, "ns"}}};
 
-/// Times of the valid points of one cloud, outliers aside.
+/// Times of the valid points of one cloud without outliers.
 struct Span {
   double first = 0.0, last = 0.0;  ///< in units of the field
   std::size_t distinct = 0;
@@ -54,7 +54,7 @@ std::optional<Span> span_of(std::vector<double>& values) {
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size();
   const double low = values[n / 100], high = values[n - 1 - n / 100];
-  // The whole core plus what continues it; a clock in pieces or a stray zero is left out.
+  // The whole core and its neighbours; a fragmented clock or a stray zero is left out.
   const double margin = 0.5 * (high - low);
   Span span;
   span.first = high;
@@ -94,7 +94,7 @@ TimeValues read_times(const FirstClouds& first, int field) {
   return times;
 }
 
-/// Why a field cannot give times; empty if it may.
+/// Why a field cannot be the time; empty if it may.
 std::string unusable_because(const TimeValues& times, const CloudField& field) {
   if (times.valid == 0) return fmt::format("field '{}' is not a number in any point", field.name);
   if (times.all_zero) return fmt::format("field '{}' is 0 in every point", field.name);
@@ -116,7 +116,7 @@ const Unit* unit_for(double span, double period_s) {
   return nullptr;
 }
 
-/// True if the times count from somewhere else than the sweep: large, or growing with the stamps.
+/// True if the times have another reference than the scan: large, or growing with the stamps.
 bool is_absolute(const TimeValues& times, double scale_s) {
   double largest = 0.0;
   for (const Span& span : times.clouds) {
@@ -129,7 +129,7 @@ bool is_absolute(const TimeValues& times, double scale_s) {
   return grown_s > 0.05 && grown_s > 0.5 * (b.header_s - a.header_s);
 }
 
-/// Medians over the clouds of first and last time against the header [s].
+/// Medians over the clouds of first and last time relative to the header [s].
 struct AgainstHeader {
   double first_s = 0.0, last_s = 0.0;
 };
@@ -145,7 +145,7 @@ AgainstHeader against_header(const TimeValues& times, double scale_s, bool absol
 }
 
 void judge_relative(const AgainstHeader& at, const CloudFormatOptions& options, CloudFormat& format,
-                    std::string& said) {
+                    std::string& reported) {
   const double tolerance_s = 0.1 * format.span_s;
   const bool ends = at.last_s <= tolerance_s && at.first_s < -tolerance_s;
   const bool inside = !ends && at.first_s < -tolerance_s;
@@ -153,13 +153,13 @@ void judge_relative(const AgainstHeader& at, const CloudFormatOptions& options, 
   if (options.header_stamp == HeaderStamp::kEnd && !ends) {
     format.header_stamp = HeaderStamp::kEnd;
     format.time_shift_s = -at.last_s;
-    said = "stamp = end of scan (set)";
+    reported = "stamp = end of scan (set)";
   } else if (options.header_stamp == HeaderStamp::kStart && (ends || inside)) {
     format.header_stamp = HeaderStamp::kStart;
     format.time_shift_s = -at.first_s;
-    said = "stamp = start of scan (set)";
+    reported = "stamp = start of scan (set)";
   } else if (ends) {
-    said = "stamp = end of scan (times are negative)";
+    reported = "stamp = end of scan (times are negative)";
     format.findings.push_back(cloud_finding(
         "D03", Severity::kInfo,
         fmt::format("the header stamp is the end of the scan: point times run from {:.4f} to "
@@ -167,7 +167,7 @@ void judge_relative(const AgainstHeader& at, const CloudFormatOptions& options, 
                     at.first_s, at.last_s),
         {}, {}));
   } else if (inside) {
-    said = fmt::format("stamp lies {:.3f} s after the start of the scan", -at.first_s);
+    reported = fmt::format("stamp lies {:.3f} s after the start of the scan", -at.first_s);
     format.findings.push_back(
         cloud_finding("D03", Severity::kInfo,
                       fmt::format("the header stamp lies within the scan: point times run from "
@@ -175,19 +175,19 @@ void judge_relative(const AgainstHeader& at, const CloudFormatOptions& options, 
                                   at.first_s, at.last_s),
                       {}, {}));
   } else {
-    said = options.header_stamp == HeaderStamp::kStart ? "stamp = start of scan (set)"
-                                                       : "stamp = start of scan";
+    reported = options.header_stamp == HeaderStamp::kStart ? "stamp = start of scan (set)"
+                                                           : "stamp = start of scan";
   }
 }
 
 void judge_absolute(const AgainstHeader& at, const FirstClouds& first,
-                    const CloudFormatOptions& options, CloudFormat& format, std::string& said) {
+                    const CloudFormatOptions& options, CloudFormat& format, std::string& reported) {
   const bool no_stamps = std::all_of(first.clouds.begin(), first.clouds.end(),
                                      [](const auto& cloud) { return cloud.view->stamp.ns == 0; });
   const double start_s = std::abs(at.first_s), end_s = std::abs(at.last_s);
   format.header_stamp = end_s < start_s ? HeaderStamp::kEnd : HeaderStamp::kStart;
   if (no_stamps) {
-    said = "header stamps are 0, points' times are taken";
+    reported = "header stamps are 0, points' times are taken";
     format.findings.push_back(cloud_finding("D03", Severity::kWarning,
                                             "the header stamps of the clouds are 0; the times of "
                                             "the points are taken instead",
@@ -195,9 +195,9 @@ void judge_absolute(const AgainstHeader& at, const FirstClouds& first,
   } else if (std::min(start_s, end_s) <= kSameClockS) {
     const bool close = std::min(start_s, end_s) <= 0.25 * format.span_s;
     if (!close) {
-      said = fmt::format("first point {:+.3f} s from the stamp", at.first_s);
+      reported = fmt::format("first point {:+.3f} s from the stamp", at.first_s);
     } else {
-      said = end_s < start_s ? "stamp = end of scan" : "stamp = start of scan";
+      reported = end_s < start_s ? "stamp = end of scan" : "stamp = start of scan";
     }
     if (!close || end_s < start_s) {
       format.findings.push_back(cloud_finding(
@@ -211,9 +211,9 @@ void judge_absolute(const AgainstHeader& at, const FirstClouds& first,
     format.anchor_to_header = true;
     format.header_stamp =
         options.header_stamp == HeaderStamp::kEnd ? HeaderStamp::kEnd : HeaderStamp::kStart;
-    said = fmt::format("stamp = {} of scan ({}; the points' clock is another)",
-                       format.header_stamp == HeaderStamp::kEnd ? "end" : "start",
-                       options.header_stamp == HeaderStamp::kAuto ? "assumed" : "set");
+    reported = fmt::format("stamp = {} of scan ({}; the points' clock is another)",
+                           format.header_stamp == HeaderStamp::kEnd ? "end" : "start",
+                           options.header_stamp == HeaderStamp::kAuto ? "assumed" : "set");
     format.findings.push_back(cloud_finding(
         "D03", Severity::kWarning,
         fmt::format("the points' clock is {:+.3f} s from that of the header stamps; the first "
@@ -240,19 +240,19 @@ std::string accept(const FirstClouds& first, int field, const TimeValues& times,
   const auto index = static_cast<std::size_t>(&unit - kUnits.data());
   format.point_time = kRelative[index];
   if (absolute) {
-    // The scale tells the unit; the name tells only whether it counts in whole nanoseconds.
+    // The scale gives the unit; this only marks whole nanoseconds.
     format.point_time = index == 3 ? PointTime::kAbsoluteNs : PointTime::kAbsoluteS;
   }
   const AgainstHeader at = against_header(times, unit.scale_s, absolute);
-  std::string stamp_said;
+  std::string stamp_reported;
   if (absolute) {
-    judge_absolute(at, first, options, format, stamp_said);
+    judge_absolute(at, first, options, format, stamp_reported);
   } else {
-    judge_relative(at, options, format, stamp_said);
+    judge_relative(at, options, format, stamp_reported);
   }
   return fmt::format("time: field '{}' {} {} {} (span {:.4f} s); {}", chosen.name,
                      type_name(chosen.type), unit.name, base_text(absolute, at), format.span_s,
-                     stamp_said);
+                     stamp_reported);
 }
 
 void judge_span(const FirstClouds& first, const CloudField& field, CloudFormat& format) {
@@ -313,8 +313,7 @@ Finding cloud_finding(std::string id, Severity severity, std::string text, std::
 Result<std::string> choose_time(const FirstClouds& first, const CloudFormatOptions& options,
                                 CloudFormat& format) {
   format.point_time = PointTime::kNone;
-  format.sweep_period_s =
-      first.stamp_period_s > 0.0 ? first.stamp_period_s : options.sweep_period_s;
+  format.scan_period_s = first.stamp_period_s > 0.0 ? first.stamp_period_s : options.scan_period_s;
   if (options.deskewed) return std::string("time: not needed (clouds are deskewed)");
   if (options.point_time == PointTime::kNone) return std::string("time: none (set)");
   if (options.point_time == PointTime::kAzimuth) return std::string();
@@ -347,12 +346,12 @@ Result<std::string> choose_time(const FirstClouds& first, const CloudFormatOptio
       continue;
     }
     const bool absolute = fixed ? fixed->absolute : is_absolute(times, unit->scale_s);
-    std::string said = accept(first, field, times, *unit, absolute, options, format);
+    std::string reported = accept(first, field, times, *unit, absolute, options, format);
     if (first.stamp_period_s <= 0.0) {
-      format.sweep_period_s = std::max(format.span_s, kSpanMinS);
+      format.scan_period_s = std::max(format.span_s, kSpanMinS);
     }
     judge_span(first, candidate, format);
-    return said;
+    return reported;
   }
   if (fixed) {
     return fail(ErrorCode::kInput, "lidar.point_time",

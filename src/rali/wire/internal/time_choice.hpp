@@ -5,15 +5,15 @@
 
 namespace rali::wire::internal {
 
-/// Finds the time field, its unit and base, the header's place in the sweep; writes them, the
-/// sweep period and the findings D02, D03 into `format`. Leaves point_time kNone where no field
-/// is usable.
-/// @return what to say about it in the summary
+/// Finds the time field, its unit and reference, and the header's position in the scan; writes
+/// them, the scan period and the findings D02, D03 into `format`. Leaves point_time kNone if no
+/// field is usable.
+/// @return the text for the summary
 [[nodiscard]] Result<std::string> choose_time(const FirstClouds& first,
                                               const CloudFormatOptions& options,
                                               CloudFormat& format);
 
-/// Decides whether times can come from the azimuth (after choose_time and choose_rings).
+/// Decides whether times can be computed from the azimuth (after choose_time and choose_rings).
 [[nodiscard]] std::string choose_azimuth(const FirstClouds& first,
                                          const CloudFormatOptions& options, CloudFormat& format);
 

@@ -8,16 +8,16 @@
 namespace rali::wire::internal {
 namespace {
 
-/// With so many points in reach there is something to map.
+/// With this fraction of points in range a map can be made.
 constexpr double kWithinMin = 0.1;
 constexpr std::size_t kPointsMin = 100;
 /// The nearest points of a scan (ground, walls, the vehicle) are about 1 m away and half of all
 /// within about 5 m, each to a factor of 3 or so: their geometric mean, 2.2 m, is 220 in
-/// centimetres and 2200 in millimetres. Halfway between, by factors:
+/// centimetres and 2200 in millimetres. The limit is their geometric mean:
 constexpr double kMillimetresFrom = 700.0;
 constexpr double kCentimetres = 100.0, kMillimetres = 1000.0;
 
-/// Distances of all points that are numbers and not the origin, in the unit of the file.
+/// Distances of all points that are finite and not the origin, in the unit of the file.
 std::vector<double> distances(const FirstClouds& first) {
   std::vector<double> found;
   for (const FirstClouds::Cloud& cloud : first.clouds) {
@@ -29,8 +29,8 @@ std::vector<double> distances(const FirstClouds& first) {
   return found;
 }
 
-double quantile(std::vector<double>& values, double share) {
-  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+double quantile(std::vector<double>& values, double fraction) {
+  const auto k = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + k, values.end());
   return values[static_cast<std::size_t>(k)];
 }
@@ -46,7 +46,7 @@ Status check_unit(const FirstClouds& first, const CloudFormatOptions& options) {
   if (within >= kWithinMin * static_cast<double>(d.size())) return {};
   const double middle = median(d);
   if (middle <= options.range_m[1]) return {};
-  // What would be beyond the limit in centimetres as well is counted in something smaller.
+  // Values beyond the limit even in centimetres must be in a smaller unit.
   const bool millimetres = std::sqrt(quantile(d, 0.01) * middle) > kMillimetresFrom ||
                            quantile(d, 0.99) > kCentimetres * options.range_m[1];
   if (middle / (millimetres ? kMillimetres : kCentimetres) > options.range_m[1]) return {};

@@ -5,8 +5,8 @@
 
 namespace rali::wire::internal {
 
-/// Refuses clouds that lie almost wholly beyond the range limits where another unit would put them
-/// within: no point of them would be used. Errors: kInput, with the unit that the values suggest.
+/// Refuses clouds of which almost all points lie beyond the range limits, but within them in
+/// another unit: no point would be used. Errors: kInput, with the unit that the values suggest.
 [[nodiscard]] Status check_unit(const FirstClouds& first, const CloudFormatOptions& options);
 
 }  // namespace rali::wire::internal

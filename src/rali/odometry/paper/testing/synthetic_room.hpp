@@ -1,7 +1,7 @@
 #pragma once
 
 // For tests and benchmarks: a box-shaped room, a smooth drive in it, a spinning LiDAR and an IMU,
-// all in closed form. Independent of room `sim`, so that both cannot share a mistake.
+// all in closed form. Independent of folder `sim`, so that both cannot have the same bug.
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +30,7 @@ struct Room {
   }
 };
 
-/// At rest for `rest_s`, then a swing in x, y and yaw that starts without a jerk.
+/// Standstill for `rest_s`, then an oscillation in x, y and yaw that starts without a jerk.
 struct Drive {
   double rest_s = 1.2;
   double x_m = 0.6, y_m = 0.3, yaw_rad = 0.6;
@@ -57,19 +57,19 @@ struct Lidar {
   geometry::SE3 T_body_lidar;
 };
 
-/// The sweep that ends at end_s; column-major as a spinning sensor gives it.
-inline sensor::LidarScan sweep(const Room& room, const Drive& drive, const Lidar& lidar,
-                               double end_s, Rng& rng) {
+/// The scan that ends at end_s; column-major as from a spinning sensor.
+inline sensor::LidarScan scan(const Room& room, const Drive& drive, const Lidar& lidar,
+                              double end_s, Rng& rng) {
   sensor::LidarScan scan;
-  const double begin_s = end_s - lidar.period_s;
-  scan.t_begin = Time::from_s(begin_s);
+  const double start_s = end_s - lidar.period_s;
+  scan.t_start = Time::from_s(start_s);
   scan.t_end = Time::from_s(end_s);
   scan.has_point_times = true;
   scan.has_rings = true;
   scan.rings = static_cast<std::uint16_t>(lidar.rings);
   for (int c = 0; c < lidar.columns; ++c) {
     const double dt_s = lidar.period_s * c / (lidar.columns - 1);
-    const geometry::SE3 T = drive.pose(begin_s + dt_s) * lidar.T_body_lidar;
+    const geometry::SE3 T = drive.pose(start_s + dt_s) * lidar.T_body_lidar;
     const double azimuth = 2.0 * std::numbers::pi * c / lidar.columns;
     for (int ring = 0; ring < lidar.rings; ++ring) {
       const double elevation = (-15.0 + 30.0 * ring / (lidar.rings - 1)) * std::numbers::pi / 180.0;

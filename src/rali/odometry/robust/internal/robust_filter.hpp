@@ -28,10 +28,10 @@
 
 namespace rali::odometry::internal {
 
-/// The filter behind make_robust_odometry(). The way of a scan (predict, update, constrain, judge,
-/// insert) is in robust_odometry.cpp; how it begins, finds itself and begins again in
+/// The filter behind make_robust_odometry(). The steps of a scan (predict, update, constrain,
+/// judge, insert) are in robust_odometry.cpp; start, initialisation and restart in
 /// robust_start.cpp.
-class RobustOdometry final : public Odometry, private SideFilter {
+class RobustOdometry final : public Odometry, private AugmentedFilter {
  public:
   RobustOdometry(const OdometrySettings& settings, const sensor::Calibration& calibration,
                  bool has_imu)
@@ -68,27 +68,27 @@ class RobustOdometry final : public Odometry, private SideFilter {
 
   [[nodiscard]] std::uint64_t state_hash() const override;
 
-  [[nodiscard]] SideFilter* side_filter() override { return this; }
+  [[nodiscard]] AugmentedFilter* augmented_filter() override { return this; }
 
  private:
-  // How measurements between sweeps come in: robust_side.cpp.
+  // Measurements between scans: robust_augmented.cpp.
   [[nodiscard]] std::optional<Moment> advance_to(Time t) override;
 
-  [[nodiscard]] const SideStates& side() const override { return state_.side; }
+  [[nodiscard]] const AugmentedStates& augmented() const override { return state_.augmented; }
 
-  int add_side(const SideStates::Vector& mean, const SideStates::Matrix& covariance,
-               const SideRowList& rows) override;
-  void remove_side(int first, int n) override;
+  int add_states(const AugmentedStates::Vector& mean, const AugmentedStates::Matrix& covariance,
+                 const AugmentedRowList& rows) override;
+  void remove_states(int first, int n) override;
   void walk_side(int index, double variance) override;
-  [[nodiscard]] double variance(const SideMeasurement& measurement) const override;
-  geometry::Vec3 apply(const SideMeasurement& measurement, double R) override;
-  [[nodiscard]] SideStates::Matrix covariance(const SideRowList& rows) const override;
-  geometry::Vec3 replace(const SideRowList& rows, const SideStates::Vector& shift,
-                         const SideStates::Matrix& covariance) override;
+  [[nodiscard]] double variance(const AugmentedMeasurement& measurement) const override;
+  geometry::Vec3 apply(const AugmentedMeasurement& measurement, double R) override;
+  [[nodiscard]] AugmentedStates::Matrix covariance(const AugmentedRowList& rows) const override;
+  geometry::Vec3 replace(const AugmentedRowList& rows, const AugmentedStates::Vector& shift,
+                         const AugmentedStates::Matrix& covariance) override;
   void widen(double factor) override;
 
-  [[nodiscard]] std::optional<geometry::Vec3> blind_axis() const override {
-    if (!blind_[0] || blind_[1]) return std::nullopt;
+  [[nodiscard]] std::optional<geometry::Vec3> degenerate_axis() const override {
+    if (!degenerate_[0] || degenerate_[1]) return std::nullopt;
     return geometry::Vec3(axes_.col(0));
   }
 
@@ -99,32 +99,32 @@ class RobustOdometry final : public Odometry, private SideFilter {
     return state_.P.block<3, 3>(kPos, kPos);
   }
 
-  [[nodiscard]] Eigen::MatrixXd joint_rows(const SideRowList& rows) const;
-  void doubt_across(const geometry::Vec3& shift_m);
+  [[nodiscard]] Eigen::MatrixXd joint_rows(const AugmentedRowList& rows) const;
+  void uncertainty_across(const geometry::Vec3& shift_m);
   void move_history(const FilterState& before);
 
   ScanResult start(const sensor::LidarScan& scan);
-  void straighten_first(const sensor::LidarScan& second);
+  void deskew_first(const sensor::LidarScan& second);
   void predict(Time t_end);
-  // A start in motion, gone through again: robust_replay.cpp, robust_first_speed.cpp.
+  // Replay of a start in motion: robust_replay.cpp, robust_first_speed.cpp.
   void replay_start(const InitialGuess& guess, FindingList& findings);
   void insert_at_constant_speed(const sensor::LidarScan& scan,
                                 const std::optional<geometry::Vec3>& gyro_radps);
   void set_range_noise(const sensor::LidarScan& scan);
   void turn_with_gyro(Time t_end);
   [[nodiscard]] std::optional<geometry::Vec3> gyro_rate(Time begin, Time end) const;
-  [[nodiscard]] geometry::SE3 predicted_motion(Time t_end, const InertialIntegral& felt) const;
-  [[nodiscard]] SweepMotion sweep_motion(const sensor::LidarScan& scan) const;
+  [[nodiscard]] geometry::SE3 predicted_motion(Time t_end, const InertialIntegral& inertial) const;
+  [[nodiscard]] ScanMotion scan_motion(const sensor::LidarScan& scan) const;
   UpdateResult update(const sensor::LidarScan& scan, int rounds);
   void bend_poses(const geometry::SE3& end);
   void remember_seen(const UpdateResult& done);
   void remember_blindness(const UpdateResult& done);
   void follow_bend(const UpdateResult& done);
   void look_around(const FilterState& predicted, UpdateResult& done);
-  // What a scan without inertial data must pass: robust_alone.cpp.
+  // Checks of a scan without inertial data: robust_alone.cpp.
   bool settle_alone(const sensor::LidarScan& scan, const FilterState& predicted,
                     UpdateResult& done);
-  void begin_view(const sensor::LidarScan& scan);
+  void start_view(const sensor::LidarScan& scan);
   [[nodiscard]] double conflict_at(const ScanView& view) const;
   void search_widely(const FilterState& predicted, const ScanView& view, UpdateResult& done);
   void try_start(const FilterState& wide, const geometry::SE3& start, const ScanView& view,
@@ -132,11 +132,11 @@ class RobustOdometry final : public Odometry, private SideFilter {
   void stray(const FilterState& predicted, FindingList& findings);
   void stand_if_still();
   void remember_start(const sensor::LidarScan& scan, const UpdateResult& seen);
-  void begin_again_at_rest();
+  void start_again_at_rest();
 
   struct StartMemory;
 
-  /// At the begin of a track, in odom.
+  /// At the start of a track, in odom.
   struct FirstSpeed {
     geometry::Vec3 v_odom_mps;
     double sigma_mps = 0.0;
@@ -154,22 +154,22 @@ class RobustOdometry final : public Odometry, private SideFilter {
   [[nodiscard]] std::optional<FirstSpeed> find_first_speed(std::span<const sensor::LidarScan> scans,
                                                            const FirstSpeed* guess,
                                                            const StartMemory& before);
-  void begin_inertial(const InitialGuess& guess);
-  bool begin_early(const InitialGuess& guess, FindingList& findings);
+  void start_inertial(const InitialGuess& guess);
+  bool start_early(const InitialGuess& guess, FindingList& findings);
   void end_start(bool at_rest, FindingList& findings);
   void try_initialise(FindingList& findings);
   void insert(const sensor::LidarScan& scan);
   void insert_points(const geometry::SE3& T_odom_body);
   std::optional<ScanResult> hold(const sensor::LidarScan& scan);
-  void begin_hold(FindingList& findings);
-  void end_hold(const FilterState& before);
+  void start_zero_velocity(FindingList& findings);
+  void end_zero_velocity(const FilterState& before);
   void constrain(const UpdateResult& done, FindingList& findings);
   void bound_speed(FindingList& findings);
   void widen_speed(const geometry::Vec3& axis_odom, FindingList& findings);
   [[nodiscard]] ProcessNoise process_noise() const;
   [[nodiscard]] ProcessNoise rest_noise() const;
-  void measure_noise(const UpdateResult& seen, const InertialIntegral& felt);
-  void measure_tilt(const UpdateResult& seen, const InertialIntegral& felt);
+  void measure_noise(const UpdateResult& seen, const InertialIntegral& inertial);
+  void measure_tilt(const UpdateResult& seen, const InertialIntegral& inertial);
   [[nodiscard]] FilterState with_step(const FilterState& predicted, double size,
                                       const geometry::Mat3& where) const;
   void look_again(const FilterState& predicted, UpdateResult& done);
@@ -188,77 +188,77 @@ class RobustOdometry final : public Odometry, private SideFilter {
   void watch_acceleration(bool settled);
   [[nodiscard]] std::string impossible_motion() const;
   void restart(const std::string& impossible, FindingList& findings);
-  void begin_map();
+  void start_map();
   ScanResult result_of(const sensor::LidarScan& scan, const UpdateResult& update);
 
   RobustSettings settings_;
   ImuNoiseSettings noise_;
   sensor::Calibration calibration_;
   bool has_imu_;
-  bool inertial_ = false;  ///< gravity is known, the filter runs on inertial data
+  bool inertial_ = false;  ///< gravity is initialised, the filter uses inertial data
   bool started_ = false;
 
   FilterState state_;
   InertialBuffer imu_;
-  std::vector<TimedPose> poses_;    ///< predicted since the last sweep
+  std::vector<TimedPose> poses_;    ///< predicted since the last scan
   std::vector<TrackedPose> track_;  ///< until gravity is known
   ScanSampler sampler_;
   Matcher matcher_;
   PlaneMap map_;
   RecentPoints recent_;                            ///< without inertial data only
-  std::unique_ptr<sensor::LidarScan> first_scan_;  ///< until the second tells how fast it was taken
+  std::unique_ptr<sensor::LidarScan> first_scan_;  ///< kept until the second scan shows its speed
   Keyframer keyframer_;
   Drift drift_;
   MapTilt map_tilt_;
   StandstillDetector standstill_;
   VehicleConstraints constraints_;
   imu::MotionNoise motion_noise_;
-  std::unique_ptr<ScanView> last_view_;  ///< of the last scan that was accepted, LiDAR alone
+  std::unique_ptr<ScanView> last_view_;  ///< of the last scan that was accepted, without IMU
   FilterState last_settled_;             ///< after that scan
-  double usual_fit_ = 0.0;               ///< part of a scan's points that lie on planes
+  double usual_fit_ = 0.0;               ///< usual fraction of a scan's points on planes
   int driven_scans_ = 0;                 ///< with inertial data that show motion
   double noise_boost_ = 1.0;             ///< while inertial data contradict the LiDAR
   FilterState last_posterior_;           ///< after the last scan
   geometry::SE3 T_predicted_;            ///< for the newest scan, before it was registered
-  geometry::Mat3 P_predicted_m2_ = geometry::Mat3::Zero();  ///< of its position
+  geometry::Mat3 P_predicted_m2_ = geometry::Mat3::Zero();  ///< of the predicted position
   AccelerationWatch acceleration_;
-  geometry::SE3 T_last_predicted_;  ///< motion from the last scan to it, as predicted
-  geometry::SE3 T_propagated_;      ///< the same so far, at constant velocity
-  bool new_map_ = false;            ///< begun with the newest scan, the last one was lost
+  geometry::SE3 T_last_predicted_;  ///< predicted motion since the last scan
+  geometry::SE3 T_propagated_;      ///< the same at constant velocity, up to now
+  bool new_map_ = false;            ///< started with the newest scan, the last map was lost
   std::optional<geometry::SE3> T_odom_first_;  ///< of the first result
-  geometry::SE3 T_told_;                       ///< in the last result
-  bool told_inertial_ = false;                 ///< in the last result
-  /// Projector on the translations that the last scan saw well.
+  geometry::SE3 T_reported_;                   ///< in the last result
+  bool reported_inertial_ = false;             ///< in the last result
+  /// Projector on the translations that the last scan observed well.
   geometry::Mat3 lidar_known_ = geometry::Mat3::Zero();
-  bool held_ = false;                           ///< the vehicle stands
-  int moved_scans_ = 0;                         ///< in a row, while held, that the LiDAR saw motion
-  bool quiet_start_ = false;                    ///< nothing has shown motion since the first scan
-  bool start_moved_ = false;                    ///< the LiDAR shows motion where it knows
-  std::deque<FilterState> held_states_;         ///< of the last moments of standing
+  bool at_standstill_ = false;  ///< the pose is kept fixed
+  int moved_scans_ = 0;         ///< consecutive standstill scans in which the LiDAR saw motion
+  bool quiet_start_ = false;    ///< no motion detected since the first scan
+  bool start_moved_ = false;    ///< the LiDAR shows motion along observable directions
+  std::deque<FilterState> standstill_states_;   ///< of the last moments of standstill
   std::vector<BodyPoints> start_points_;        ///< of the first scans, until gravity is known
-  std::vector<sensor::LidarScan> start_scans_;  ///< the same as measured
-  double next_search_s_ = 0.0;                  ///< of the first speed, after so much of a start
+  std::vector<sensor::LidarScan> start_scans_;  ///< the same scans as measured
+  double next_search_s_ = 0.0;  ///< length of the start at which the first speed is searched next
   BodyPoints points_;
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
-  std::array<bool, 3> blind_{};  ///< translations along axes_ that the LiDAR does not see
-  Bend bend_;                    ///< along the first of them
-  bool thin_ = false;            ///< what holds the first of them in this scan counts as nothing
-  std::array<int, 3> seeing_scans_{};  ///< in a row, that told something there
+  std::array<bool, 3> degenerate_{};   ///< translations along axes_ that are degenerate
+  Bend bend_;                          ///< along the first of them
+  bool thin_ = false;                  ///< the support of that axis in this scan is refused
+  std::array<int, 3> seeing_scans_{};  ///< consecutive scans in which each was observable
   TrackState track_state_ = TrackState::kWaiting;
   static constexpr int kYoungScans = 5;
   int scans_in_map_ = 0;
   Time t_last_good_;
   Time t_speed_bounded_;
-  Time t_blind_;                ///< since then the first axis is blind, but for moments
-  std::optional<Time> t_seen_;  ///< when it was last seen again
+  Time t_degenerate_;  ///< start of the degenerate stretch along the first axis, except glimpses
+  std::optional<Time> t_seen_;  ///< when that axis was last observable again
   static constexpr double kGlimpse_s = 5.0;
-  double fastest_seen_mps_ = 0.0;  ///< where the LiDAR sees
+  double fastest_seen_mps_ = 0.0;  ///< while the LiDAR is not degenerate
   geometry::SE3 last_good_;
 
-  /// A stretch in which biases were refused.
+  /// A period in which bias updates were refused.
   struct Refusal {
     Time begin, last;
-    bool gyro = false;  ///< the gyro's bias first
+    bool gyro = false;  ///< the gyro's bias was refused first
   };
 
   std::optional<Refusal> refusal_;

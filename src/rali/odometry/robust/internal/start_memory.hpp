@@ -4,7 +4,7 @@
 
 namespace rali::odometry::internal {
 
-/// What going through the start once more changes.
+/// The members that a replay of the start changes.
 struct RobustOdometry::StartMemory {
   FilterState state, last_posterior;
   PlaneMap map;
@@ -14,10 +14,10 @@ struct RobustOdometry::StartMemory {
   std::optional<Refusal> refusal;
   degeneracy::Axes axes;
   geometry::Mat3 lidar_known;
-  std::array<bool, 3> blind;
+  std::array<bool, 3> degenerate;
   Bend bend;
   std::array<int, 3> seeing_scans;
-  Time t_blind, t_speed_bounded;
+  Time t_degenerate, t_speed_bounded;
   std::optional<Time> t_seen;
   double fastest_seen_mps, usual_fit, noise_boost;
   int scans_in_map;
