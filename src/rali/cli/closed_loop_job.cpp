@@ -78,6 +78,15 @@ Result<drive::ClosedLoopSetup> setup_of(const sim::FleetSimulation& sim,
   return setup;
 }
 
+/// A vehicle without data link neither sends nor receives; the recording has no trace of messages.
+void cut_radios(const std::vector<scenario::Fault>& faults, Time t_start, drive::Loopback& radio) {
+  for (const scenario::Fault& fault : faults) {
+    if (fault.kind != scenario::FaultKind::kRadioLoss) continue;
+    radio.cut_off(VehicleId{static_cast<std::uint16_t>(fault.vehicle)},
+                  t_start + Duration::from_s(fault.t0_s), t_start + Duration::from_s(fault.t1_s));
+  }
+}
+
 /// Shows the progress of the mission.
 class MissionView {
  public:
@@ -137,6 +146,7 @@ Result<ClosedLoopRun> run_closed_loop_job(sim::FleetSimulation& sim,
   const Result<drive::ClosedLoopSetup> setup = setup_of(sim, options, names, assignments);
   if (!setup) return tl::make_unexpected(setup.error());
   drive::ClosedLoopFleet fleet(*setup, sim.t_start(), executor);
+  cut_radios(options.faults, sim.t_start(), fleet.nodes().radio());
   MissionView view(session, sim, fleet, time_limit_s);
   auto recording = record_mission(sim, options, fleet, time_limit_s, [&](Time now) {
     view.show(now);

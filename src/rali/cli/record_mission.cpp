@@ -1,18 +1,26 @@
 #include "rali/cli/record_mission.hpp"
 
+#include <utility>
+
 #include "rali/cli/session.hpp"
+#include "rali/scenario/faults/fault_filter.hpp"
 
 namespace rali::cli {
 namespace {
 
-/// Wraps the software to end a mission that is interrupted, or whose recording has failed.
+/// Wraps the software to end a mission that is interrupted, or whose recording has failed. Faults
+/// change what the software receives as they change the recording: a filter of its own with the
+/// same seed makes the same choices.
 class Watched final : public sim::FleetSoftware {
  public:
   Watched(sim::FleetSoftware& software, const std::function<void(Time)>& each,
-          const Status& recorded)
-      : software_(software), each_(each), recorded_(recorded) {}
+          const Status& recorded, scenario::FaultFilter faults)
+      : software_(software), each_(each), recorded_(recorded), faults_(std::move(faults)) {}
 
-  void on_message(const sim::FleetMessage& message) override { software_.on_message(message); }
+  void on_message(const sim::FleetMessage& message) override {
+    if (faults_.faults().empty()) return software_.on_message(message);
+    if (const auto kept = faults_.apply(message)) software_.on_message(*kept);
+  }
 
   std::vector<sim::DriveCommand> decide(Time now,
                                         std::span<const sim::DriveReport> vehicles) override {
@@ -29,6 +37,7 @@ class Watched final : public sim::FleetSoftware {
   sim::FleetSoftware& software_;
   const std::function<void(Time)>& each_;
   const Status& recorded_;
+  scenario::FaultFilter faults_;
 };
 
 }  // namespace
@@ -40,7 +49,8 @@ Result<scenario::RecordingSummary> record_mission(sim::FleetSimulation& sim,
   const auto drive =
       [&](const std::function<Status(const sim::FleetMessage&)>& tap) -> Result<bool> {
     Status recorded;
-    Watched watched(software, each, recorded);
+    Watched watched(software, each, recorded,
+                    scenario::FaultFilter(options.faults, sim.t_start(), options.seed));
     sim::ClosedLoopOptions loop;
     loop.time_limit_s = time_limit_s;
     loop.tap = [&](const sim::FleetMessage& message) {

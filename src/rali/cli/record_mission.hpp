@@ -8,7 +8,7 @@
 namespace rali::cli {
 
 /// Lets `software` drive a simulation, and records it as write_recording() does. A signal or a
-/// failed write of the recording ends the mission.
+/// failed write of the recording ends the mission. Faults of `options` reach the software, too.
 /// @param each  called before each decision
 /// Errors: those of write_recording(), run_closed_loop().
 [[nodiscard]] Result<scenario::RecordingSummary> record_mission(

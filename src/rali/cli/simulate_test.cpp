@@ -122,6 +122,27 @@ TEST_F(Simulate, a_closed_loop_that_its_time_ends_says_so_and_leaves_the_recordi
   EXPECT_NE(ended.out.find("MB per minute and vehicle"), std::string::npos) << ended.out;
 }
 
+TEST_F(Simulate, faults_reach_the_vehicles_of_a_closed_loop) {
+  const auto traffic_with = [&](const std::vector<std::string>& fault) {
+    std::vector<std::string> arguments = {"corridor",   "-o",    folder_,        "--overwrite",
+                                          "--vehicles", "2",     "--duration",   "4",
+                                          "--lidar",    "vlp16", "--closed-loop"};
+    arguments.insert(arguments.end(), fault.begin(), fault.end());
+    const Outcome ended = simulate(arguments);
+    EXPECT_EQ(ended.code, 1) << ended.err;
+    return bytes("traffic.csv");
+  };
+  const auto has = [](const std::string& text, const char* row) {
+    return text.find(row) != std::string::npos;
+  };
+  const std::string intact = traffic_with({});
+  EXPECT_TRUE(has(intact, "v1,points,") && has(intact, "v2,points,")) << intact;
+  const std::string gap = traffic_with({"--fault", "gap:v1@0-9"});
+  EXPECT_TRUE(!has(gap, "v1,points,") && has(gap, "v2,points,")) << "v1 saw nothing\n" << gap;
+  const std::string loss = traffic_with({"--fault", "radio_loss:v2@0-9"});
+  EXPECT_TRUE(!has(loss, "v1,points,") && !has(loss, "v2,points,")) << "nobody asked\n" << loss;
+}
+
 TEST(MissionText, of_a_mission_that_stops_says_what_stopped_it) {
   drive::MissionLog mission;
   mission.ended = true;
@@ -157,6 +178,7 @@ TEST_F(Simulate, what_is_wrong_ends_with_2_before_anything_is_written) {
       {"loop", "-o", folder_, "--format", "pcap"},
       {"loop", "-o", folder_, "--fault", "gap:v2@1-2"},
       {"loop", "-o", folder_, "--fault", "gap"},
+      {"loop", "-o", folder_, "--live", "--fault", "radio_loss:v1@1-2"},
       {"loop", "-o", folder_, "--set", "uwb.sigma=3"},
       {"loop", "-o", folder_, "--set", "uwb.sigma_m=-3"},
       {"loop", "-o", folder_, "--set", "link.loss=0.1"},

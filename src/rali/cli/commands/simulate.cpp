@@ -107,8 +107,9 @@ std::vector<Option> SimulateCommand::options() {
       {"--pedestrians", "N", "who walk about", &pedestrians_, false, {}},
       {"--fault",
        "KIND:VEHICLE@T0-T1",
-       "what goes wrong; repeatable. drop gap clock_jump nan time_field imu_scale imu_saturate "
-       "uwb_bias uwb_off radio_loss cut_file",
+       "what goes wrong, with --closed-loop and --live for the vehicles, too; repeatable. drop gap "
+       "clock_jump nan time_field imu_scale imu_saturate uwb_bias uwb_off radio_loss (not --live) "
+       "cut_file (of the recording)",
        &faults_,
        false,
        {}},
@@ -258,6 +259,13 @@ Result<RecordingSummary> SimulateCommand::record(const SceneSetup& setup, Sessio
   if (closed_loop_ || live_) fleet.scripted = false;
   const auto faults = scenario::parse_faults(faults_, fleet.vehicles);
   if (!faults) return tl::make_unexpected(faults.error());
+  const bool cuts_link = std::any_of(faults->begin(), faults->end(), [](const auto& fault) {
+    return fault.kind == scenario::FaultKind::kRadioLoss;
+  });
+  if (live_ && cuts_link) {
+    return fail(ErrorCode::kUsage, "--fault radio_loss", "cannot cut a real network (--live)",
+                "Unplug it, or use --closed-loop.");
+  }
   Result<sim::World> world = scenario::world_of(setup);
   if (!world) return tl::make_unexpected(world.error());
   auto sim = sim::make_fleet_simulation(std::move(*world), fleet);

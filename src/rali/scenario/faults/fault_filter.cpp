@@ -148,13 +148,6 @@ std::optional<sim::FleetMessage> FaultFilter::apply(sim::FleetMessage message) {
   return message;
 }
 
-bool FaultFilter::link_open(int vehicle_a, int vehicle_b, Time t) const {
-  return std::none_of(faults_.begin(), faults_.end(), [&](const Fault& fault) {
-    return fault.kind == FaultKind::kRadioLoss &&
-           (active(fault, vehicle_a, t) || active(fault, vehicle_b, t));
-  });
-}
-
 std::optional<Time> FaultFilter::cut_at(int vehicle) const {
   std::optional<Time> first;
   for (const Fault& fault : faults_) {

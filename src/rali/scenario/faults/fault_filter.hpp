@@ -19,9 +19,6 @@ class FaultFilter {
   /// The message as recorded, empty if lost. Call in order of arrival.
   [[nodiscard]] std::optional<sim::FleetMessage> apply(sim::FleetMessage message);
 
-  /// True if the data link between two vehicles works at time t.
-  [[nodiscard]] bool link_open(int vehicle_a, int vehicle_b, Time t) const;
-
   /// Time at which the file of a vehicle is truncated, if it is.
   [[nodiscard]] std::optional<Time> cut_at(int vehicle) const;
 

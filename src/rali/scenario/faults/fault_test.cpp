@@ -184,9 +184,7 @@ TEST(FaultFilter, radio_loss_closes_the_link_of_a_vehicle) {
   EXPECT_FALSE(loss.apply(radio_at(0, 1, 6.0)));
   EXPECT_TRUE(loss.apply(radio_at(0, 2, 6.0)));
   EXPECT_TRUE(loss.apply(range_at(0, 1, 6.0)));
-  EXPECT_FALSE(loss.link_open(0, 1, at_s(6.0)));
-  EXPECT_TRUE(loss.link_open(0, 2, at_s(6.0)));
-  EXPECT_TRUE(loss.link_open(0, 1, at_s(4.0)));
+  EXPECT_TRUE(loss.apply(radio_at(0, 1, 4.0)));
 }
 
 TEST(FaultFilter, cut_file_says_where_and_lets_messages_pass) {
