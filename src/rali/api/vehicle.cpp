@@ -35,7 +35,6 @@ vehicle::VehicleSettings inner_settings(const VehicleOptions& options) {
   settings.has_imu = options.has_imu;
   settings.calibration.T_body_lidar = api::inner_pose(options.T_body_lidar);
   settings.calibration.T_body_imu = api::inner_pose(options.T_body_imu);
-  settings.calibration.lidar_time_offset_s = 0.0;
   odometry::ImuNoiseSettings& noise = settings.odometry.imu_noise;
   noise.accel_mps2_rthz = options.imu_noise.accel_mps2_rthz;
   noise.gyro_radps_rthz = options.imu_noise.gyro_radps_rthz;

@@ -2,8 +2,8 @@
 
 namespace rali {
 
-/// Thrown by RALI_ASSERT: a bug in the program, never a user's mistake. Only main's error handler
-/// catches it (exit code 5).
+/// Thrown by RALI_ASSERT: a bug in the program, never a user's mistake. It ends the program
+/// with exit code 5; run_map() first writes into the output folder that it failed.
 [[noreturn]] void assertion_failed(const char* expression, const char* file, int line);
 
 }  // namespace rali

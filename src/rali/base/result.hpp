@@ -22,7 +22,7 @@ struct Error {
   std::string where;   ///< file:line, file:offset N, key path or topic; may be empty
   std::string remedy;  ///< what to do, one sentence with its full stop; may be empty
 
-  /// The sentence of docs/: "WHERE: WHAT. REMEDY".
+  /// One sentence for the user: "WHERE: WHAT. REMEDY".
   [[nodiscard]] std::string message() const;
 };
 

@@ -61,7 +61,7 @@ TEST(MapJob, carries_what_the_fleet_says) {
   EXPECT_EQ(v1.input.accel_unit, drive::AccelUnit::kG);
   EXPECT_EQ(v1.input.extrinsics, drive::ExtrinsicsCheck::kOff);
   EXPECT_FALSE(v1.settings.has_imu);
-  EXPECT_EQ(v1.settings.calibration.lidar_time_offset_s, 0.02);
+  EXPECT_EQ(v1.input.lidar_time_offset.value_s, 0.02);
   EXPECT_NEAR(v1.settings.odometry.imu_noise.accel_mps2_rthz, 175.0 * 9.80665e-6, 1e-9);
   EXPECT_EQ(job->map.voxel_m, 0.2);
   // The LiDAR is 1 m up: the box of the body is 1 m down in its axes.

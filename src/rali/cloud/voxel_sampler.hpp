@@ -57,7 +57,7 @@ class VoxelSampler {
   void sample(const PointSpan& points, std::span<const std::uint32_t> candidates, double voxel_m,
               std::vector<std::uint32_t>& out);
 
-  /// Cells are bundles of rays from the origin, spacing_m (to 0.7 spacing_m) wide at the surface.
+  /// Cells are bundles of rays from the origin, 1 to 1.4 spacing_m wide at a surface seen head-on.
   /// The choice of the kept point is therefore independent of its range error. Points in the sensor
   /// frame.
   void sample_rays(const PointSpan& points, std::span<const std::uint32_t> candidates,

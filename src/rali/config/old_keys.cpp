@@ -70,6 +70,9 @@ constexpr std::string_view kRangeNoise =
 constexpr std::string_view kNoLimit = "It has no effect any more";
 
 constexpr std::array kRemoved{
+    RemovedKey{"fleet.init.scan2map.noise_factor", kNoLimit},
+    RemovedKey{"fleet.init.scan2map.overlap_min", kNoLimit},
+    RemovedKey{"fleet.init.watch", kNoLimit},
     RemovedKey{"mission.rounds.finish.unreachable_max", kNoLimit},
     RemovedKey{"mission.stuck_s", kNoLimit},
     RemovedKey{"odometry.robust.initialisation.accel_bias_bound_mps2",

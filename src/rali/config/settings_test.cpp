@@ -217,7 +217,6 @@ TEST(Settings, the_manual_names_default_bounds_and_meaning_of_each_field) {
             std::string::npos)
       << manual;
   EXPECT_NE(manual.find("gap \\| none"), std::string::npos);
-  EXPECT_NE(help_text(fields).find("toy.root = smallest  (smallest, nearest)"), std::string::npos);
 }
 
 }  // namespace

@@ -86,13 +86,4 @@ std::string manual_table(const FieldList& fields) {
   return text;
 }
 
-std::string help_text(const FieldList& fields) {
-  std::string text;
-  for (const Field& field : fields) {
-    text += fmt::format("{} = {}  ({})\n    {}\n", field.key, encode_field(field),
-                        allowed_text(field), field.help);
-  }
-  return text;
-}
-
 }  // namespace rali::config

@@ -18,7 +18,4 @@ namespace rali::config {
 /// A Markdown table: key, default, allowed values, meaning.
 [[nodiscard]] std::string manual_table(const FieldList& fields);
 
-/// One line per field for a terminal: "odometry.preset = robust   (robust, paper)  which ...".
-[[nodiscard]] std::string help_text(const FieldList& fields);
-
 }  // namespace rali::config

@@ -11,10 +11,10 @@ enum class Category { kFull, kPartial, kNone };
 /// The paper's measure (section "Geometry-based degeneration detection").
 struct PaperDegree {
   bool known = false;   ///< false with fewer than deg_min_normals normals
-  double degree = 0.0;  ///< lambda2 / lambda3
+  double degree = 0.0;  ///< ratio of eigenvalues by setting deg_ratio
   geometry::Vec3 e3_body = geometry::Vec3::Zero();  ///< eigenvector of lambda3, unit
   int normals = 0;
-  bool degenerate = false;       ///< degree below the threshold, or not known
+  bool degenerate = false;       ///< outside deg_below and deg_above, or not known
   bool direction_known = false;  ///< false if setting deg_direction yields none
   geometry::Vec3 direction_body = geometry::Vec3::Zero();  ///< unit; the direction to correct along
 };

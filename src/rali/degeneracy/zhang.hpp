@@ -26,14 +26,8 @@ class ZhangFactors {
   /// Number of directions with a factor below the threshold.
   [[nodiscard]] int degenerate(double threshold) const;
 
-  /// Solution remapping: the projector V_f^-1 V_u that keeps the part of an update along well
-  /// conditioned directions (V_u: rows of V_f below the threshold set to zero). Starting from the
-  /// prediction, this is the paper's complete x = V_f^-1 V_p x_p + V_f^-1 V_u x_u.
-  [[nodiscard]] geometry::Mat6 remapping(double threshold) const;
-
  private:
   geometry::Vec6 factors_;
-  geometry::Mat6 vectors_;  ///< columns, orthonormal: V_f^-1 = V_f^T
   double translation_ = 0.0;
   geometry::Vec3 direction_ = geometry::Vec3::UnitX();
 };

@@ -45,36 +45,6 @@ TEST(ZhangFactors, of_a_corridor_worked_by_hand) {
   EXPECT_EQ(z.degenerate(10.0), 3);
 }
 
-TEST(ZhangFactors, remapping_lets_pass_what_is_known_and_nothing_else) {
-  const ZhangFactors z(corridor());
-  Vec6 step;
-  step << 0.01, 0.02, 0.03, 0.5, 0.1, 0.2;
-  Vec6 expected = step;
-  expected[3] = 0.0;
-  EXPECT_LT((z.remapping(1.0) * step - expected).norm(), 1e-12);
-  expected[5] = 0.0;  // z has 4
-  EXPECT_LT((z.remapping(5.0) * step - expected).norm(), 1e-12);
-  EXPECT_LT((z.remapping(0.0) * step - step).norm(), 1e-12);
-  EXPECT_LT((z.remapping(100.0) * step).norm(), 1e-12);
-}
-
-TEST(ZhangFactors, remapping_is_a_projector_for_directions_across_the_axes) {
-  // One wall at 45 degrees at the body's height: only the shift along (1, 1, 0) is observable.
-  Mat6 H = Mat6::Zero();
-  const double r = std::sqrt(0.5);
-  for (int k = 0; k < 8; ++k) add_match(H, Vec3(1.0, 1.0, 0.0), Vec3(-r, -r, 0.0));
-  const ZhangFactors z(H);
-  EXPECT_NEAR(z.factors()[5], 8.0, 1e-12);
-  const Mat6 P = z.remapping(1.0);
-  EXPECT_LT((P * P - P).norm(), 1e-12);
-  EXPECT_LT((P - P.transpose()).norm(), 1e-12);
-  Vec6 step = Vec6::Zero();
-  step[3] = 1.0;
-  Vec6 expected = Vec6::Zero();
-  expected[3] = expected[4] = 0.5;
-  EXPECT_LT((P * step - expected).norm(), 1e-12);
-}
-
 TEST(ZhangFactors, depend_on_the_number_of_points_which_no_threshold_survives) {
   const ZhangFactors once(corridor());
   const ZhangFactors four_times(4.0 * corridor());
@@ -82,13 +52,12 @@ TEST(ZhangFactors, depend_on_the_number_of_points_which_no_threshold_survives) {
   EXPECT_EQ(four_times.degenerate(10.0), 1);
 }
 
-TEST(ZhangFactors, of_rubbish_are_zero_and_pass_nothing) {
+TEST(ZhangFactors, of_rubbish_are_zero) {
   Mat6 H = corridor();
   H(2, 4) = std::numeric_limits<double>::quiet_NaN();
   const ZhangFactors z(H);
   EXPECT_EQ(z.factors(), Vec6(Vec6::Zero()));
   EXPECT_EQ(z.degenerate(1e-9), 6);
-  EXPECT_EQ(z.remapping(1e-9), Mat6(Mat6::Zero()));
   EXPECT_TRUE(z.translation_direction().allFinite());
 }
 

@@ -26,7 +26,6 @@ vehicle::VehicleSettings settings_with(vehicle::VehicleSettings settings,
   settings.has_imu = input.has_imu;
   settings.calibration.T_body_lidar = input.T_body_lidar;
   settings.calibration.T_body_imu = input.T_body_imu;
-  settings.calibration.lidar_time_offset_s = 0.0;  // already applied to the stamps
   return settings;
 }
 

@@ -43,7 +43,8 @@ struct TimeShift {
   double rmse_after_m = 0.0;  ///< the same with the offset applied
 };
 
-/// Least squares of the position errors on the reference's velocity. Empty without motion.
+/// Least squares of the position errors on the reference's velocity. Empty without motion, and
+/// where a constant displacement explains the errors as well (velocities nearly constant).
 [[nodiscard]] std::optional<TimeShift> time_shift(const PairList& pairs,
                                                   const geometry::SE3& T_ref_est);
 

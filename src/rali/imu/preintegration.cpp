@@ -13,23 +13,14 @@ using geometry::so3_right_jacobian;
 using geometry::so3_right_jacobian_inverse;
 using geometry::Vec3;
 
-namespace {
-
-// With these limits the first-order correction errs by less than 0.25 mm/s and 0.08 mm over 1 s
-// (test T1).
-constexpr double kGyroBiasStepRadps = 0.005;
-constexpr double kAccelBiasStepMps2 = 0.05;
-
-}  // namespace
-
 Preintegration::Preintegration(const InertialBias& bias, const InertialNoise& noise)
     : bias_(bias), noise_(noise) {}
 
 bool Preintegration::add(const Vec3& gyro_radps, const Vec3& accel_mps2, double dt_s) {
   if (!gyro_radps.allFinite() || !accel_mps2.allFinite()) return false;
-  if (!(dt_s > 0.0 && dt_s <= kStepMaxS) || steps_.size() >= kSamplesMax) return false;
-  steps_.push_back({gyro_radps, accel_mps2, dt_s});
-  integrate(steps_.back());
+  if (!(dt_s > 0.0 && dt_s <= kStepMaxS) || samples_ >= kSamplesMax) return false;
+  integrate({gyro_radps, accel_mps2, dt_s});
+  ++samples_;
   return true;
 }
 
@@ -48,19 +39,8 @@ double Preintegration::add_stream(std::span<const sensor::ImuSample> samples, Ti
 
 void Preintegration::reset(const InertialBias& bias) {
   bias_ = bias;
-  steps_.clear();
+  samples_ = 0;
   clear_sums();
-}
-
-void Preintegration::reintegrate(const InertialBias& bias) {
-  bias_ = bias;
-  clear_sums();
-  for (const Step& step : steps_) integrate(step);
-}
-
-bool Preintegration::needs_reintegration(const InertialBias& bias) const {
-  return (bias.gyro_radps - bias_.gyro_radps).norm() > kGyroBiasStepRadps ||
-         (bias.accel_mps2 - bias_.accel_mps2).norm() > kAccelBiasStepMps2;
 }
 
 void Preintegration::clear_sums() {

@@ -68,13 +68,6 @@ class Preintegration {
   /// Discards all samples.
   void reset(const InertialBias& bias);
 
-  /// Integrates the stored samples again at another bias.
-  void reintegrate(const InertialBias& bias);
-
-  /// True if `bias` is so far from the bias of the integration that the first-order correction is
-  /// too coarse: 0.005 rad/s or 0.05 m/s^2 (algorithms.md 1.3).
-  [[nodiscard]] bool needs_reintegration(const InertialBias& bias) const;
-
   // Deltas corrected to first order for another bias.
   [[nodiscard]] geometry::Mat3 delta_rotation(const InertialBias& bias) const;
   [[nodiscard]] geometry::Vec3 delta_velocity_mps(const InertialBias& bias) const;
@@ -91,7 +84,7 @@ class Preintegration {
 
   [[nodiscard]] double duration_s() const { return duration_s_; }
 
-  [[nodiscard]] std::size_t size() const { return steps_.size(); }
+  [[nodiscard]] std::size_t size() const { return samples_; }
 
   [[nodiscard]] const InertialBias& bias() const { return bias_; }
 
@@ -123,7 +116,7 @@ class Preintegration {
 
   InertialBias bias_;
   InertialNoise noise_;
-  std::vector<Step> steps_;
+  std::size_t samples_ = 0;
 
   double duration_s_ = 0.0;
   geometry::Mat3 dR_ = geometry::Mat3::Identity();

@@ -91,24 +91,6 @@ TEST(Preintegration, corrects_a_bias_to_first_order) {
       1e-9);
 }
 
-TEST(Preintegration, asks_for_reintegration_only_beyond_the_bounds) {
-  const Preintegration pre = turning();
-  EXPECT_FALSE(pre.needs_reintegration({Vec3(0.0049, 0, 0), Vec3(0, 0.049, 0)}));
-  EXPECT_TRUE(pre.needs_reintegration({Vec3(0.0051, 0, 0), Vec3::Zero()}));
-  EXPECT_TRUE(pre.needs_reintegration({Vec3::Zero(), Vec3(0, 0, -0.051)}));
-}
-
-TEST(Preintegration, reintegrates_to_the_same_bits_as_from_the_start) {
-  const InertialBias bias{Vec3(0.01, -0.02, 0.03), Vec3(0.1, 0.2, -0.1)};
-  Preintegration again = turning();
-  again.reintegrate(bias);
-  const Preintegration fresh = turning(bias);
-  EXPECT_EQ(again.delta_velocity_mps(bias), fresh.delta_velocity_mps(bias));
-  EXPECT_EQ(again.delta_position_m(bias), fresh.delta_position_m(bias));
-  EXPECT_EQ(again.delta_rotation(bias), fresh.delta_rotation(bias));
-  EXPECT_EQ(again.covariance(), fresh.covariance());
-}
-
 // The accumulated Jacobians against integrating all samples again: an error in any of the five
 // recursions shows.
 TEST(Preintegration, bias_jacobians_are_derivatives_of_the_integration_itself) {

@@ -194,7 +194,6 @@ vehicle::VehicleSettings vehicle_settings(const FleetConfig& fleet, std::size_t 
   settings.odometry.imu_noise = config::imu_noise_of(vehicle.imu);
   settings.calibration.T_body_lidar = vehicle.lidar.T_body_lidar.T;
   settings.calibration.T_body_imu = vehicle.imu.T_body_imu.T;
-  settings.calibration.lidar_time_offset_s = vehicle.lidar.time_offset_s.value_or(0.0);
   set_ranging(fleet, index, settings);
   settings.has_imu = vehicle.imu.topic != "none";
   return settings;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 namespace rali::map {
@@ -137,16 +136,6 @@ void measure(const CellMap& map, std::span<const PathField> from, const Frontier
                                                     : f.unknown_area_m2;
 }
 
-double nearest_cells_m(const CellMap& a_map, const FrontierArea& a, const CellMap& b_map,
-                       const FrontierArea& b) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Cell& ca : a.cells) {
-    const Vec2 pa = a_map.centre_m(ca);
-    for (const Cell& cb : b.cells) nearest = std::min(nearest, (pa - b_map.centre_m(cb)).norm());
-  }
-  return nearest;
-}
-
 }  // namespace
 
 std::vector<FrontierArea> find_frontiers(const CellMap& map,
@@ -164,55 +153,6 @@ std::vector<FrontierArea> find_frontiers(const CellMap& map,
     f.cells = grow(map, open, i);
     measure(map, from, settings, f);
     out.push_back(std::move(f));
-  }
-  return out;
-}
-
-std::vector<FrontierArea> merge_frontiers(std::span<const VehicleFrontiers> lists,
-                                          const FrontierSettings& settings) {
-  struct Item {
-    const CellMap* map;
-    const FrontierArea* f;
-  };
-
-  std::vector<Item> items;
-  for (const VehicleFrontiers& list : lists) {
-    for (const FrontierArea& f : list.frontiers) {
-      if (f.state == FrontierState::kOpen && !f.cells.empty()) items.push_back({list.map, &f});
-    }
-  }
-  std::vector<std::size_t> group(items.size());
-  std::iota(group.begin(), group.end(), std::size_t{0});
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      if (group[i] == group[j]) continue;
-      const double gap_m = nearest_cells_m(*items[i].map, *items[i].f, *items[j].map, *items[j].f);
-      if (gap_m > settings.merge_m) continue;
-      const std::size_t low = std::min(group[i], group[j]), high = std::max(group[i], group[j]);
-      std::replace(group.begin(), group.end(), high, low);
-    }
-  }
-  std::vector<FrontierArea> out;
-  for (std::size_t g = 0; g < items.size(); ++g) {
-    FrontierArea sum;
-    Vec2 weighted = Vec2::Zero();
-    double cells = 0.0;
-    sum.path_m = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < items.size(); ++i) {
-      if (group[i] != g) continue;
-      const FrontierArea& f = *items[i].f;
-      const auto n = static_cast<double>(f.cells.size());
-      weighted += n * mean_of(*items[i].map, f.cells);
-      cells += n;
-      sum.size += f.size;
-      sum.length_m += f.length_m;
-      sum.unknown_area_m2 += f.unknown_area_m2;
-      if (f.path_m < sum.path_m) sum.nearest = f.nearest;
-      sum.path_m = std::min(sum.path_m, f.path_m);
-    }
-    if (cells == 0.0) continue;
-    sum.centre_map_m = weighted / cells;
-    out.push_back(std::move(sum));
   }
   return out;
 }

@@ -24,7 +24,7 @@ struct FrontierSettings {
   FrontierCentre centre = FrontierCentre::kMedoid;
   double length_min_m = 1.0;
   double radius_m = 0.3;         ///< obstacles are widened by this
-  double merge_m = 2.0;          ///< frontiers of several vehicles nearer than this are one (paper)
+  double merge_m = 2.0;          ///< a frontier nearer than this to an earlier one keeps its id
   double unknown_reach_m = 5.0;  ///< unknown space behind a frontier counts up to here
   double visit_m = 1.0;          ///< nearer than this is a visit
   double visits_max = 2.0;       ///< visits without change after which a frontier is given up
@@ -35,7 +35,8 @@ struct FrontierSettings {
     v.choice("centre", centre, kFrontierCentreNames, "its centre; the mean may lie in a wall");
     v("length_min_m", length_min_m, 0.0, 100.0, "shorter ones are none [m]");
     v("radius_m", radius_m, 0.0, 5.0, "obstacles are widened by this [m]");
-    v("merge_m", merge_m, 0.0, 50.0, "frontiers of vehicles nearer than this are one [m]");
+    v("merge_m", merge_m, 0.0, 50.0,
+      "a frontier nearer than this to an earlier one keeps its id [m]");
     v("unknown_reach_m", unknown_reach_m, 0.5, 50.0, "unknown space counts up to here [m]");
     v("visit_m", visit_m, 0.1, 20.0, "nearer than this is a visit [m]");
     v("visits_max", visits_max, 1.0, 100.0, "visits without change until it is given up");
@@ -66,17 +67,6 @@ struct FrontierArea {
                                                        const std::vector<std::uint8_t>& passable,
                                                        std::span<const PathField> from,
                                                        const FrontierSettings& settings);
-
-/// The paper's "combined if they are close": frontiers of several vehicles' own maps, whose nearest
-/// cells are within merge_m, become one of summed size with the mean of all cells as centre.
-/// Lists come with the map each was found in. Only open frontiers are merged and returned.
-struct VehicleFrontiers {
-  const CellMap* map = nullptr;
-  std::vector<FrontierArea> frontiers;
-};
-
-[[nodiscard]] std::vector<FrontierArea> merge_frontiers(std::span<const VehicleFrontiers> lists,
-                                                        const FrontierSettings& settings);
 
 /// Gives frontiers persistent ids, and gives up those that visits do not change (glass, gaps
 /// between rings).

@@ -141,26 +141,6 @@ TEST(Frontiers, a_corridor_longer_than_sight_is_open_at_its_end) {
   EXPECT_NEAR(largest.centre_map_m.y(), 1.2, 0.5);
 }
 
-TEST(Frontiers, of_two_vehicles_are_one_if_they_are_close) {
-  const CellMap map = drawn(kCorridor);
-  CellMap beside = map;
-  beside.origin_map_m = {0.0, 2.9};  // nearest cells 2.9 - 1.0 = 1.9 m apart
-  CellMap away = map;
-  away.origin_map_m = {0.0, 10.0};
-  const FrontierSettings settings;
-  const auto one = found(map, {0.5, 0.7}, settings);
-  const auto lists = [&](const CellMap& other) {
-    return merge_frontiers(
-        std::vector<VehicleFrontiers>{{&map, one}, {&other, found(map, {0.5, 0.7}, settings)}},
-        settings);
-  };
-  const auto close = lists(beside);
-  ASSERT_EQ(close.size(), 1U);
-  EXPECT_NEAR(close[0].size, 12.0, 1e-9);
-  EXPECT_NEAR(close[0].centre_map_m.y(), 0.8 + 1.45, 1e-9);
-  EXPECT_EQ(lists(away).size(), 2U);
-}
-
 TEST(FrontierBook, gives_up_what_two_visits_did_not_change) {
   const CellMap map = drawn(kCorridor);
   FrontierBook book{FrontierSettings{}};

@@ -158,11 +158,9 @@ TEST(ImuCalibration, gives_the_lidar_as_the_imu_sees_it) {
   sensor::Calibration c;
   c.T_body_imu = kBodyImu;
   c.T_body_lidar = SE3{so3_exp(Vec3(0.1, 0.2, 0.3)), Vec3(1.0, 0.0, 0.5)};
-  c.lidar_time_offset_s = 0.01;
   const sensor::Calibration seen = imu_calibration(c);
   EXPECT_LT(boxminus(c.T_body_imu * seen.T_body_lidar, c.T_body_lidar).norm(), 1e-12);
   EXPECT_EQ(seen.T_body_imu.p, Vec3(Vec3::Zero()));
-  EXPECT_EQ(seen.lidar_time_offset_s, 0.01);
 }
 
 }  // namespace

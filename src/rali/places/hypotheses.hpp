@@ -13,12 +13,13 @@ struct HypothesisSettings {
   double cell_m = 0.2;  ///< of the finest pictures; the search begins at twice this
   double yaw_step_deg = 3.0;
   int peaks_max = 20;
-  double apart_m = 1.0;         ///< peaks nearer than this and
-  double apart_deg = 10.0;      ///< turned less are one
-  double min_fraction = 0.25;   ///< of the best correlation; less is no peak
-  double ridge_fraction = 0.5;  ///< minimum fraction of the best correlation
-  double ridge_step_m = 1.0;    ///< fraction that a place beside the best one needs to form a ridge
-  double ridge_reach_m = 12.0;  ///< spacing of the places kept along it
+  double apart_m = 1.0;        ///< peaks nearer than this and
+  double apart_deg = 10.0;     ///< turned less are one
+  double min_fraction = 0.25;  ///< of the best correlation; less is no peak
+  double ridge_fraction =
+      0.5;  ///< of the best correlation, that a place beside it needs to form a ridge
+  double ridge_step_m = 1.0;    ///< spacing of the places kept along it
+  double ridge_reach_m = 12.0;  ///< length of a ridge, to either side
   double gate = 3.5;            ///< of a guess, in sigma
 
   template <class V>

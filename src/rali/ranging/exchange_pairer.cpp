@@ -35,10 +35,6 @@ RangeSample merged(const RangeSample& a, const RangeSample& b) {
 
 }  // namespace
 
-double ExchangeStatistics::error_correlation(double sigma_m) const {
-  return std::clamp(1.0 - variance_m2 / (2.0 * sigma_m * sigma_m), -1.0, 1.0);
-}
-
 ExchangePairer::ExchangePairer(const ExchangeSettings& settings) : settings_(settings) {}
 
 bool ExchangePairer::within_half_slot(Time a, Time b) const {
@@ -66,26 +62,9 @@ void ExchangePairer::remember(Link& link, const RangeSample& sample, bool paired
   link.past.erase(first_is_farther ? link.past.begin() : last);
 }
 
-void ExchangePairer::count(const RangeSample& a, const RangeSample& b) {
-  const bool a_is_low = direction_of(a) == 0;
-  const RangeSample& low = a_is_low ? a : b;
-  const RangeSample& high = a_is_low ? b : a;
-  ExchangeStatistics& s = statistics_[{low.from.value, low.to.value}];
-  s.low = low.from;
-  s.high = low.to;
-  // Welford's running moments: sums of squares would lose the small difference of large ranges.
-  const double difference_m = low.range_m - high.range_m;
-  ++s.exchanges;
-  const double n = static_cast<double>(s.exchanges);
-  const double before = difference_m - s.mean_difference_m;
-  s.mean_difference_m += before / n;
-  s.variance_m2 += (before * (difference_m - s.mean_difference_m) - s.variance_m2) / n;
-}
-
 void ExchangePairer::join(Link& link, Past& partner, const RangeSample& sample,
                           std::vector<PairedRange>& out) {
   const RangeSample first = partner.sample;
-  count(first, sample);
   partner.paired = true;
   const bool agree = std::abs(first.range_m - sample.range_m) <= settings_.agree_m;
   const bool waits = link.waiting && link.waiting->t == first.t &&
@@ -152,12 +131,6 @@ void ExchangePairer::flush(std::vector<PairedRange>& out) {
     link.waiting.reset();
   }
   waiting_.clear();
-}
-
-std::vector<ExchangeStatistics> ExchangePairer::statistics() const {
-  std::vector<ExchangeStatistics> out;
-  for (const auto& [pair, s] : statistics_) out.push_back(s);
-  return out;
 }
 
 }  // namespace rali::ranging

@@ -17,18 +17,6 @@ struct PairedRange {
   bool duplicate = false;
 };
 
-/// Difference of the two directions of one pair of vehicles: are they one measurement or two?
-struct ExchangeStatistics {
-  VehicleId low, high;
-  std::int64_t exchanges = 0;      ///< of which both directions were seen
-  double mean_difference_m = 0.0;  ///< reported by `low` less reported by `high`
-  double variance_m2 = 0.0;        ///< of the difference
-
-  /// Correlation of the errors of the two directions if each has sd `sigma_m`: 1 for one and the
-  /// same measurement, 0 for two independent ones.
-  [[nodiscard]] double error_correlation(double sigma_m) const;
-};
-
 /// Finds ranges that are one measurement (algorithms 4.7): j's radio reports u_jk and k's u_kj, and
 /// both may come from one exchange. A range may also arrive a second time, through the network or
 /// by a repeated message.
@@ -53,9 +41,6 @@ class ExchangePairer {
   /// Passes on all waiting ranges: the recording has ended.
   void flush(std::vector<PairedRange>& out);
 
-  /// One row per pair of vehicles with both directions, in order of their numbers.
-  [[nodiscard]] std::vector<ExchangeStatistics> statistics() const;
-
  private:
   /// (low id, high id, antenna of low, antenna of high)
   using Key = std::array<std::uint16_t, 4>;
@@ -75,14 +60,12 @@ class ExchangePairer {
   [[nodiscard]] static Past* find(Link& link, Time from, Time to, bool same_direction,
                                   const sensor::RangeSample& sample);
   void remember(Link& link, const sensor::RangeSample& sample, bool paired) const;
-  void count(const sensor::RangeSample& a, const sensor::RangeSample& b);
   void join(Link& link, Past& partner, const sensor::RangeSample& sample,
             std::vector<PairedRange>& out);
 
   ExchangeSettings settings_;
   std::map<Key, Link> links_;
   std::vector<Key> waiting_;  ///< links with a range that waits
-  std::map<std::array<std::uint16_t, 2>, ExchangeStatistics> statistics_;
 };
 
 }  // namespace rali::ranging

@@ -182,25 +182,6 @@ TEST(ExchangePairer, a_merged_range_keeps_what_is_known_of_either) {
   EXPECT_EQ(m.first_path_dbm, -83.0);
 }
 
-TEST(ExchangePairer, statistics_report_one_measurement_from_two) {
-  for (const bool one : {true, false}) {
-    Fed fed;
-    Rng rng(4, "exchange");
-    for (int i = 0; i < 2000; ++i) {
-      const double first = rng.normal();
-      fed.add(range(0.05 * i, 1, 2, 10.0 + 0.05 * first));
-      fed.add(range(0.05 * i + 0.002, 2, 1, 10.02 + 0.05 * (one ? first : rng.normal())));
-    }
-    const auto all = fed.pairer.statistics();
-    ASSERT_EQ(all.size(), 1u);
-    EXPECT_EQ(all[0].low.value, 1);
-    EXPECT_EQ(all[0].high.value, 2);
-    EXPECT_EQ(all[0].exchanges, 2000);
-    EXPECT_NEAR(all[0].mean_difference_m, -0.02, one ? 1e-9 : 0.006);
-    EXPECT_NEAR(all[0].error_correlation(0.05), one ? 1.0 : 0.0, 0.08);
-  }
-}
-
 TEST(ExchangePairer, a_range_that_is_not_a_number_is_left_to_others) {
   Fed fed;
   fed.receive_both();

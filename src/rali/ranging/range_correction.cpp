@@ -138,9 +138,4 @@ std::vector<double> share_shift(std::span<const double> variance_increments_m2, 
   return fraction(variance_increments_m2, shift_m, 0.0);
 }
 
-std::vector<double> share_residual(std::span<const double> variance_increments_m2, double nu_m,
-                                   double R_m2) {
-  return fraction(variance_increments_m2, nu_m, R_m2);
-}
-
 }  // namespace rali::ranging

@@ -59,8 +59,4 @@ struct Correction {
 [[nodiscard]] std::vector<double> share_shift(std::span<const double> variance_increments_m2,
                                               double shift_m);
 
-/// The same for a residual nu of a range with variance R: C_i / (C_k + R) of it.
-[[nodiscard]] std::vector<double> share_residual(std::span<const double> variance_increments_m2,
-                                                 double nu_m, double R_m2);
-
 }  // namespace rali::ranging

@@ -193,8 +193,6 @@ void expect_fractions(const std::vector<double>& got, std::initializer_list<doub
 TEST(RangeCorrection, a_shift_is_shared_by_the_variance_it_arose_in) {
   const std::vector<double> increments{0.01, 0.01, 0.04, 0.01, 0.03};
   expect_fractions(share_shift(increments, 0.5), {0.05, 0.10, 0.30, 0.35, 0.50});
-  expect_fractions(share_residual(increments, 0.5, 0.01),
-                   {0.045455, 0.090909, 0.272727, 0.318182, 0.454545});
 }
 
 TEST(RangeCorrection, where_odometry_was_sure_nothing_moves) {

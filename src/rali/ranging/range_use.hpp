@@ -10,7 +10,7 @@ namespace rali::ranging {
 /// Outcome of one range, and its reason. Names as in ranges.csv.
 enum class RangeReason {
   kUsed,
-  kNlos,           ///< line of sight blocked, by signal or by the map
+  kNlos,           ///< line of sight blocked, by signal, map or excess
   kOutlier,        ///< contradicts its neighbours in time
   kOutOfLimits,    ///< shorter or longer than the limits, or not a number
   kNoPose,         ///< the position of one of the two ends is not known

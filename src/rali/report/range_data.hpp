@@ -28,9 +28,6 @@ enum class RangeOutcome : std::uint8_t {
 };
 inline constexpr std::size_t kRangeOutcomeCount = 12;
 
-/// The word of ranges.csv and of metrics.json; "other" if unknown.
-[[nodiscard]] std::string_view outcome_name(RangeOutcome outcome);
-
 /// As plain text for users.
 [[nodiscard]] std::string_view outcome_words(RangeOutcome outcome);
 

@@ -134,10 +134,6 @@ class TableTally {
 
 }  // namespace
 
-std::string_view outcome_name(RangeOutcome outcome) {
-  return kOutcomeNames[static_cast<std::size_t>(outcome)];
-}
-
 std::string_view outcome_words(RangeOutcome outcome) {
   return kOutcomeWords[static_cast<std::size_t>(outcome)];
 }

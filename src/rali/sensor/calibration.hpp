@@ -8,7 +8,6 @@ namespace rali::sensor {
 struct Calibration {
   geometry::SE3 T_body_lidar;
   geometry::SE3 T_body_imu;
-  double lidar_time_offset_s = 0.0;  ///< added to LiDAR stamps
 };
 
 }  // namespace rali::sensor

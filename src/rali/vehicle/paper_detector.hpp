@@ -15,7 +15,7 @@ class PaperDetector {
  public:
   explicit PaperDetector(const VehicleSettings& settings);
 
-  /// Unknown for a sensor without rings, since the rule needs them.
+  /// Unknown for a sensor without rings, unless the odometry delivers normals (preset `paper`).
   [[nodiscard]] degeneracy::PaperDegree degree(const sensor::LidarScan& scan,
                                                const odometry::ScanResult& result,
                                                const geometry::Vec3& g_odom_mps2);

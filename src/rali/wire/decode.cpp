@@ -197,10 +197,4 @@ Result<RangeMessage> decode_range(std::span<const std::byte> message, Encoding e
   return finish(in, "rali_msgs/Range", std::move(range));
 }
 
-Result<std::string> decode_string(std::span<const std::byte> message, Encoding encoding) {
-  ByteReader in(message, encoding);
-  std::string text = in.string();
-  return finish(in, "String", std::move(text));
-}
-
 }  // namespace rali::wire

@@ -51,8 +51,4 @@ namespace rali::wire {
 [[nodiscard]] Result<RangeMessage> decode_range(std::span<const std::byte> message,
                                                 Encoding encoding);
 
-/// std_msgs/String.
-[[nodiscard]] Result<std::string> decode_string(std::span<const std::byte> message,
-                                                Encoding encoding);
-
 }  // namespace rali::wire

@@ -101,11 +101,6 @@ std::vector<Delivery> Loopback::deliver(Time now) {
   return arrived;
 }
 
-std::optional<Time> Loopback::next_due() const {
-  if (on_the_way_.empty()) return std::nullopt;
-  return on_the_way_.begin()->first.first;
-}
-
 const fleet::TrafficCount& Loopback::reported(VehicleId vehicle) const {
   static const fleet::TrafficCount kNothing;
   const auto found = reported_.find(vehicle);

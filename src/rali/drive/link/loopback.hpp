@@ -53,9 +53,6 @@ class Loopback {
   /// All messages that arrived until `now`, by time of arrival, then by the order of sending.
   [[nodiscard]] std::vector<Delivery> deliver(Time now);
 
-  /// When the next message arrives.
-  [[nodiscard]] std::optional<Time> next_due() const;
-
   /// Sent messages: one row for each message and receiver, whether it arrives or not.
   [[nodiscard]] const fleet::TrafficCount& sent(VehicleId from, VehicleId to) const;
   /// Of all pairs.

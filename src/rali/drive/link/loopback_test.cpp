@@ -29,7 +29,6 @@ TEST(Loopback, a_message_takes_its_time_on_the_line_and_its_delay) {
   radio.send(at(10.0), kA, kB, message(200, 1));
   radio.send(at(10.0), kA, kB, message(300, 2));
   // 200 B take 0.2 s, the next 300 B start after them: 10.7 s and 11.0 s.
-  EXPECT_EQ(radio.next_due(), at(10.7));
   EXPECT_TRUE(radio.deliver(at(10.69)).empty());
   const auto first = radio.deliver(at(10.7));
   ASSERT_EQ(first.size(), 1U);
@@ -37,7 +36,7 @@ TEST(Loopback, a_message_takes_its_time_on_the_line_and_its_delay) {
   const auto second = radio.deliver(at(20.0));
   ASSERT_EQ(second.size(), 1U);
   EXPECT_EQ(second[0].t, at(11.0));
-  EXPECT_EQ(radio.next_due(), std::nullopt);
+  EXPECT_TRUE(radio.deliver(at(99.0)).empty());
 }
 
 TEST(Loopback, a_full_queue_loses_what_comes_last) {

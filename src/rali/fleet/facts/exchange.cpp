@@ -57,11 +57,6 @@ void Exchange::set_points_to(std::optional<VehicleId> anchor) {
   announce_ = true;
 }
 
-void Exchange::set_quality(VehicleId peer, double quality) {
-  const auto found = peers_.find(peer);
-  if (found != peers_.end()) found->second.quality = quality;
-}
-
 bool Exchange::in_reach(VehicleId peer, Time now) const {
   const auto found = peers_.find(peer);
   if (found == peers_.end() || !found->second.received) return false;
@@ -179,7 +174,7 @@ void Exchange::push_new(const FactStore& store, Time now) {
 std::vector<Holder> Exchange::holders(Time now) const {
   std::vector<Holder> out;
   for (const auto& [vehicle, peer] : peers_) {
-    if (in_reach(vehicle, now)) out.push_back({vehicle, peer.quality, &peer.holdings});
+    if (in_reach(vehicle, now)) out.push_back({vehicle, &peer.holdings});
   }
   return out;
 }

@@ -38,9 +38,6 @@ class Exchange {
   /// During a round, points are sent to the anchor only (11.4); none: to all.
   void set_points_to(std::optional<VehicleId> anchor);
 
-  /// Quality of the link to another vehicle, 0 to 1; 0.5 until set.
-  void set_quality(VehicleId peer, double quality);
-
   /// Requests an inventory with the next step: at contact, at a seal, at the end of a round.
   void announce() { announce_ = true; }
 
@@ -65,7 +62,6 @@ class Exchange {
     explicit Peer(const ExchangeSettings& settings) : queue(settings) {}
 
     std::optional<Time> received;
-    double quality = 0.5;
     std::optional<std::uint32_t> inventory_number;
     Holdings holdings;
     SendQueue queue;

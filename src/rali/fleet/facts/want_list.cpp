@@ -140,7 +140,7 @@ const Holder* WantList::choose(const FactKey& key, const Missing& missing, const
       continue;
     }
     if (best != nullptr && best->vehicle == key.vehicle) continue;
-    if (best == nullptr || author || holder.quality > best->quality) best = &holder;
+    if (best == nullptr || author) best = &holder;
   }
   return best != nullptr ? best : vainly_asked;
 }

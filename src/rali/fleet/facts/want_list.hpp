@@ -14,7 +14,6 @@ namespace rali::fleet {
 /// Another vehicle of which facts can be requested.
 struct Holder {
   VehicleId vehicle;
-  double quality = 0.0;  ///< of the link, 0 to 1
   const Holdings* holdings = nullptr;
 };
 

@@ -15,7 +15,7 @@ struct Lacking {
     theirs[{kPeer, epoch}] = SeqSet::from({{kPeer, epoch}, end, {}});
   }
 
-  void refresh() { wants.refresh(store, {{kPeer, 0.5, &theirs}}, withheld, kNow); }
+  void refresh() { wants.refresh(store, {{kPeer, &theirs}}, withheld, kNow); }
 
   FactStore store{kSelf, {kSelf, kPeer}};
   Holdings theirs, withheld;

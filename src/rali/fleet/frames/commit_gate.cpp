@@ -13,14 +13,6 @@ namespace {
 
 /// From this number of degrees of freedom on chi2/dof is tested by the settings alone.
 constexpr double kFullDof = 12.0;
-/// Limits each innovation in a window to 5 sigma.
-constexpr double kMaxNis = 25.0;
-
-bool verified(const ScanCheck& check, const ScanToMapSettings& settings) {
-  if (!check.expected) return true;
-  return check.overlap >= settings.overlap_min &&
-         check.median_m < settings.noise_factor * check.voxel_noise_m;
-}
 
 /// Whether the best would fail to win, or lack information, without the user's prior.
 bool needs_prior(const HypothesisSet& set, const InitSettings& settings) {
@@ -51,12 +43,12 @@ bool seen_enough(const HypothesisSet& set, const CommitSettings& settings) {
 }
 
 /// Preset paper: decides by the size of the map, whatever the residuals are.
-Decision decide_at_size(const HypothesisSet& set, const CommitInputs& inputs,
-                        const InitSettings& settings, Decision d) {
+Decision decide_at_size(const HypothesisSet& set, int keyframes, const InitSettings& settings,
+                        Decision d) {
   d.by = DecidedBy::kPrior;
   if (!set.has_prior) {
     d.advice = Advice::kNoPrior;
-  } else if (inputs.keyframes < settings.commit.min_keyframes) {
+  } else if (keyframes < settings.commit.min_keyframes) {
     d.advice = Advice::kSmallMap;
   } else {
     d.advice = Advice::kEnough;
@@ -120,8 +112,8 @@ bool fit_is_plausible(double fit_chi2, int dof, const CommitSettings& settings) 
 namespace {
 
 /// Decision by ranges and scans, with the user's start pose as one measurement among them.
-Decision decide_by_all(const HypothesisSet& set, const Observability& seen,
-                       const CommitInputs& inputs, const InitSettings& settings) {
+Decision decide_by_all(const HypothesisSet& set, const Observability& seen, int keyframes,
+                       const InitSettings& settings) {
   Decision d;
   d.advice = seen.advice;
   d.gap_chi2 = std::numeric_limits<double>::infinity();
@@ -132,14 +124,12 @@ Decision decide_by_all(const HypothesisSet& set, const Observability& seen,
   d.fit = best.solution.dof > 0 ? best.solution.fit_chi2 / best.solution.dof : 0.0;
   d.by = origin(set, settings);
   if (d.advice != Advice::kEnough) return d;
-  if (inputs.keyframes < settings.commit.min_keyframes) {
+  if (keyframes < settings.commit.min_keyframes) {
     d.advice = Advice::kSmallMap;
   } else if (!fit_is_plausible(best.solution.fit_chi2, best.solution.dof, settings.commit)) {
     d.advice = d.fit > 1.0 ? Advice::kMisfit : Advice::kTooGood;
   } else if (set.only_scans && !seen_enough(set, settings.commit)) {
     d.advice = Advice::kFewViews;
-  } else if (inputs.check && !verified(*inputs.check, settings.scan2map)) {
-    d.advice = Advice::kNotVerified;
   } else {
     d.ready = d.gap_chi2 > settings.commit.gap_chi2;
   }
@@ -148,14 +138,14 @@ Decision decide_by_all(const HypothesisSet& set, const Observability& seen,
 
 }  // namespace
 
-Decision decide(const HypothesisSet& set, const Observability& seen, const CommitInputs& inputs,
+Decision decide(const HypothesisSet& set, const Observability& seen, int keyframes,
                 const InitSettings& settings) {
   if (settings.commit.rule == CommitRule::kAtSize) {
     Decision d;
     d.advice = seen.advice;
-    return set.all.empty() ? d : decide_at_size(set, inputs, settings, d);
+    return set.all.empty() ? d : decide_at_size(set, keyframes, settings, d);
   }
-  Decision d = decide_by_all(set, seen, inputs, settings);
+  Decision d = decide_by_all(set, seen, keyframes, settings);
   return set.has_prior ? decide_with_prior(set, d, settings) : d;
 }
 
@@ -175,25 +165,5 @@ bool CommitGate::evaluate(Time t, const Decision& decision, const FrameHypothesi
   ++agreed_;
   return agreed_ >= settings_.commit.evaluations;
 }
-
-bool Watch::add_range(double nis) {
-  // NaN is no evidence; a single outlier must not decide a window.
-  if (!std::isfinite(nis)) return false;
-  sum_ += std::min(nis, kMaxNis);
-  if (++count_ < settings_.window) return false;
-  const double mean = sum_ / count_;
-  const double bound = 1.0 + settings_.quantile * std::sqrt(2.0 / count_);
-  sum_ = 0.0;
-  count_ = 0;
-  bad_windows_ = mean > bound ? bad_windows_ + 1 : 0;
-  return bad_windows_ >= settings_.windows;
-}
-
-bool Watch::add_scan(bool fits) {
-  refused_ = fits ? 0 : refused_ + 1;
-  return refused_ > settings_.gate_failures;
-}
-
-void Watch::reset() { *this = Watch(settings_); }
 
 }  // namespace rali::fleet

@@ -1,26 +1,11 @@
 #pragma once
 
-#include <optional>
 #include <string_view>
 
 #include "rali/base/time.hpp"
 #include "rali/fleet/frames/observability.hpp"
 
 namespace rali::fleet {
-
-/// A scan of one vehicle compared with the map of the other, at the best hypothesis.
-struct ScanCheck {
-  bool expected = true;  ///< false: walls separate them, no overlap is possible
-  double overlap = 0.0;  ///< fraction of points with a correspondence
-  double median_m = 0.0;
-  double voxel_noise_m = 0.0;
-};
-
-/// Input of a decision besides hypotheses.
-struct CommitInputs {
-  int keyframes = 0;               ///< of the smaller of the local maps
-  std::optional<ScanCheck> check;  ///< nothing: no scans have been compared
-};
 
 /// The measurements that determine a frame.
 enum class DecidedBy { kRanges, kScans, kRangesAndScans, kPrior };
@@ -47,8 +32,9 @@ struct Decision {
 /// report.
 [[nodiscard]] bool fit_is_plausible(double fit_chi2, int dof, const CommitSettings& settings);
 
-[[nodiscard]] Decision decide(const HypothesisSet& set, const Observability& seen,
-                              const CommitInputs& inputs, const InitSettings& settings);
+/// @param keyframes of the local map that counts: the smaller one; preset paper: the larger one
+[[nodiscard]] Decision decide(const HypothesisSet& set, const Observability& seen, int keyframes,
+                              const InitSettings& settings);
 
 /// Permits a commit after `evaluations` that agree, each ready and `spacing_s` after the previous
 /// one. An evaluation that is not ready, or that prefers another pose, restarts the count.
@@ -68,28 +54,6 @@ class CommitGate {
   int agreed_ = 0;
   Time t_last_;
   YawPose last_T_b_a_;
-};
-
-/// Monitors a committed frame (7.4, step 7): the mean squared innovation of ranges over windows,
-/// and the number of scans that fail verification.
-class Watch {
- public:
-  explicit Watch(const WatchSettings& settings) : settings_(settings) {}
-
-  /// @param nis squared innovation over its variance. @return true if the frame must be undone
-  bool add_range(double nis);
-
-  /// Result of matching a scan with the map. @return true if the frame must be undone
-  bool add_scan(bool fits);
-
-  void reset();
-
- private:
-  WatchSettings settings_;
-  double sum_ = 0.0;
-  int count_ = 0;
-  int bad_windows_ = 0;
-  int refused_ = 0;
 };
 
 }  // namespace rali::fleet

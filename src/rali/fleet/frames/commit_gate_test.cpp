@@ -1,7 +1,5 @@
 #include "rali/fleet/frames/commit_gate.hpp"
 
-#include <limits>
-
 #include <gtest/gtest.h>
 
 namespace rali::fleet {
@@ -30,7 +28,7 @@ int evaluations_until_commit(const HypothesisSet& set, double spacing_s, int max
   const InitSettings settings;
   CommitGate gate(settings);
   for (int k = 0; k < maximum; ++k) {
-    const Decision d = decide(set, observability(set, settings), {}, settings);
+    const Decision d = decide(set, observability(set, settings), 0, settings);
     if (gate.evaluate(Time::from_s(spacing_s * k), d, &set.all.front())) return k + 1;
   }
   return 0;
@@ -45,7 +43,7 @@ TEST(CommitGate, scans_alone_want_two_views_and_one_more_for_each_against) {
   const auto ready = [&](int views, int against) {
     set.all[0].views = views;
     set.all[1].views = against;
-    return decide(set, observability(set, settings), {}, settings).ready;
+    return decide(set, observability(set, settings), 0, settings).ready;
   };
   EXPECT_FALSE(ready(0, 0));
   EXPECT_FALSE(ready(1, 0));
@@ -66,12 +64,12 @@ TEST(CommitGate, a_bad_fit_makes_the_gap_smaller_and_a_worse_one_forbids) {
   const InitSettings settings;
   // chi2/dof = 1.5: a gap of 18 counts as 12.
   const HypothesisSet set = two(18.0, 36.0);
-  EXPECT_NEAR(decide(set, observability(set, settings), {}, settings).gap_chi2, 12.0, 1e-12);
+  EXPECT_NEAR(decide(set, observability(set, settings), 0, settings).gap_chi2, 12.0, 1e-12);
   EXPECT_EQ(evaluations_until_commit(set, 2.0, 5), 0);
   EXPECT_EQ(evaluations_until_commit(two(23.0, 100.0), 2.0, 3), 3);
   EXPECT_EQ(evaluations_until_commit(two(25.0, 100.0), 2.0, 9), 0);
   const HypothesisSet bad = two(25.0, 100.0);
-  EXPECT_EQ(decide(bad, observability(bad, settings), {}, settings).advice, Advice::kMisfit);
+  EXPECT_EQ(decide(bad, observability(bad, settings), 0, settings).advice, Advice::kMisfit);
 }
 
 TEST(CommitGate, ranges_better_than_their_sigma_do_not_forbid_unless_asked_for) {
@@ -80,7 +78,7 @@ TEST(CommitGate, ranges_better_than_their_sigma_do_not_forbid_unless_asked_for) 
   EXPECT_EQ(evaluations_until_commit(set, 2.0, 3), 3);
   InitSettings settings;
   settings.commit.fit_min = 0.5;
-  const Decision d = decide(set, observability(set, settings), {}, settings);
+  const Decision d = decide(set, observability(set, settings), 0, settings);
   EXPECT_FALSE(d.ready);
   EXPECT_EQ(d.advice, Advice::kTooGood);
 }
@@ -93,7 +91,7 @@ TEST(CommitGate, evaluations_nearer_than_two_seconds_are_one) {
 TEST(CommitGate, begins_anew_where_the_best_has_moved_or_was_not_ready) {
   const InitSettings settings;
   const HypothesisSet set = two(10.0, 30.0);
-  const Decision ready = decide(set, observability(set, settings), {}, settings);
+  const Decision ready = decide(set, observability(set, settings), 0, settings);
   ASSERT_TRUE(ready.ready);
   CommitGate gate(settings);
   EXPECT_FALSE(gate.evaluate(Time::from_s(0.0), ready, &set.all[0]));
@@ -105,30 +103,16 @@ TEST(CommitGate, begins_anew_where_the_best_has_moved_or_was_not_ready) {
   EXPECT_FALSE(gate.evaluate(Time::from_s(8.0), ready, nullptr));
 }
 
-TEST(CommitGate, scans_that_should_overlap_and_do_not_forbid) {
-  const InitSettings settings;
-  const HypothesisSet set = two(10.0, 30.0);
-  const Observability seen = observability(set, settings);
-  const auto with = [&](bool expected, double overlap, double median_m) {
-    return decide(set, seen, {0, ScanCheck{expected, overlap, median_m, 0.02}}, settings);
-  };
-  EXPECT_TRUE(with(true, 0.3, 0.039).ready);
-  EXPECT_FALSE(with(true, 0.29, 0.01).ready);
-  EXPECT_FALSE(with(true, 0.9, 0.041).ready);
-  EXPECT_EQ(with(true, 0.1, 0.01).advice, Advice::kNotVerified);
-  EXPECT_TRUE(with(false, 0.0, 1.0).ready);
-}
-
 TEST(CommitGate, says_when_it_was_the_prior_that_decided) {
   const InitSettings settings;
   HypothesisSet set = two(10.0, 30.0);
   set.has_prior = true;
-  EXPECT_NE(decide(set, observability(set, settings), {}, settings).by, DecidedBy::kPrior);
+  EXPECT_NE(decide(set, observability(set, settings), 0, settings).by, DecidedBy::kPrior);
   set.all[1].prior_chi2 = 10.0;  // without it 10 against 20
-  EXPECT_EQ(decide(set, observability(set, settings), {}, settings).by, DecidedBy::kPrior);
+  EXPECT_EQ(decide(set, observability(set, settings), 0, settings).by, DecidedBy::kPrior);
   set.all[1].prior_chi2 = 0.0;
   set.all[0].prior_information = set.all[0].information;
-  const Decision d = decide(set, observability(set, settings), {}, settings);
+  const Decision d = decide(set, observability(set, settings), 0, settings);
   EXPECT_EQ(d.by, DecidedBy::kPrior);
   EXPECT_TRUE(d.ready);
 }
@@ -141,12 +125,11 @@ TEST(CommitGate, ranges_that_fit_nowhere_do_not_outvote_a_start_pose) {
   set.all[0].solution.dof = 20;
   set.all[0].solution.fit_chi2 = 20.0;
   const Observability seen = observability(set, settings);
-  const CommitInputs too_few = {.keyframes = 0, .check = {}};
   InitSettings wants_more = settings;
   wants_more.commit.min_keyframes = 1;
-  EXPECT_FALSE(decide(set, seen, too_few, wants_more).ready) << "not certain, but it fits";
+  EXPECT_FALSE(decide(set, seen, 0, wants_more).ready) << "not certain, but it fits";
   set.all[0].solution.fit_chi2 = 100.0;
-  const Decision d = decide(set, seen, too_few, wants_more);
+  const Decision d = decide(set, seen, 0, wants_more);
   EXPECT_TRUE(d.ready);
   EXPECT_EQ(d.chosen, 1U);
 }
@@ -155,36 +138,12 @@ TEST(CommitGate, of_the_paper_waits_for_ten_keyframes_and_a_prior) {
   const InitSettings settings = paper_init_settings();
   HypothesisSet set = two(1e4, 1e4);
   const Observability seen = observability(set, settings);
-  EXPECT_EQ(decide(set, seen, {20, {}}, settings).advice, Advice::kNoPrior);
+  EXPECT_EQ(decide(set, seen, 20, settings).advice, Advice::kNoPrior);
   set.has_prior = true;
-  EXPECT_EQ(decide(set, seen, {9, {}}, settings).advice, Advice::kSmallMap);
-  const Decision d = decide(set, seen, {10, {}}, settings);
+  EXPECT_EQ(decide(set, seen, 9, settings).advice, Advice::kSmallMap);
+  const Decision d = decide(set, seen, 10, settings);
   EXPECT_TRUE(d.ready);
   EXPECT_TRUE(CommitGate(settings).evaluate(Time::from_s(0.0), d, &set.all.front()));
-}
-
-TEST(Watch, undoes_after_three_windows_of_large_innovations) {
-  WatchSettings settings;
-  settings.window = 10;
-  Watch watch(settings);
-  // Bound for ten: 1 + 3.09 sqrt(0.2) = 2.38.
-  for (int i = 0; i < 100; ++i) EXPECT_FALSE(watch.add_range(2.3));
-  for (int i = 0; i < 29; ++i) EXPECT_FALSE(watch.add_range(2.5));
-  EXPECT_TRUE(watch.add_range(2.5));
-  watch.reset();
-  for (int i = 0; i < 29; ++i) EXPECT_FALSE(watch.add_range(2.5));
-  // One outlier in each window of 50 good ones does not: (25 + 49)/50 is below 1.62.
-  Watch other{WatchSettings{}};
-  for (int i = 0; i < 500; ++i) EXPECT_FALSE(other.add_range(i % 50 == 0 ? 1e9 : 1.0));
-  EXPECT_FALSE(other.add_range(std::numeric_limits<double>::quiet_NaN()));
-}
-
-TEST(Watch, undoes_after_the_fourth_refused_scan_in_a_row) {
-  Watch watch{WatchSettings{}};
-  for (int i = 0; i < 3; ++i) EXPECT_FALSE(watch.add_scan(false));
-  EXPECT_FALSE(watch.add_scan(true));
-  for (int i = 0; i < 3; ++i) EXPECT_FALSE(watch.add_scan(false));
-  EXPECT_TRUE(watch.add_scan(false));
 }
 
 }  // namespace

@@ -68,10 +68,6 @@ void FrameSolver::add_evidence(const PoseEvidence& evidence) {
   evidence_.push_back(evidence);
 }
 
-void FrameSolver::set_scan_check(StreamKey a, StreamKey b, const ScanCheck& check) {
-  checks_[std::minmax(a, b)] = check;
-}
-
 std::optional<std::size_t> FrameSolver::group_of(StreamKey key) const {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     if (holds(groups_[g].frames, key)) return g;
@@ -102,8 +98,7 @@ std::size_t FrameSolver::received_between(const FrameGroup& a, const FrameGroup&
   return received;
 }
 
-CommitInputs FrameSolver::inputs(const FrameGroup& a, const FrameGroup& b) const {
-  CommitInputs out;
+int FrameSolver::keyframes(const FrameGroup& a, const FrameGroup& b) const {
   const auto maximum = [this](const FrameGroup& g) {
     int n = 0;
     for (const StreamKey key : g.keys) {
@@ -115,11 +110,7 @@ CommitInputs FrameSolver::inputs(const FrameGroup& a, const FrameGroup& b) const
   // Preset paper: the size of the tag's map counts, because a standing anchor has only one
   // keyframe.
   const bool of_either = settings_.commit.rule == CommitRule::kAtSize;
-  out.keyframes = of_either ? std::max(maximum(a), maximum(b)) : std::min(maximum(a), maximum(b));
-  for (const auto& [pair, check] : checks_) {
-    if (between(a, b, pair.first, pair.second)) out.check = check;
-  }
-  return out;
+  return of_either ? std::max(maximum(a), maximum(b)) : std::min(maximum(a), maximum(b));
 }
 
 /// @return true if a is to be joined to b
@@ -143,7 +134,7 @@ bool FrameSolver::look(Time t, const Group& a, const Group& b) {
         group_hypotheses(a.frames, b.frames, tracks_of(a.frames, b.frames), evidence_, settings_);
     link.seen = observability(link.set, settings_);
   }
-  link.decision = decide(link.set, link.seen, inputs(a.frames, b.frames), settings_);
+  link.decision = decide(link.set, link.seen, keyframes(a.frames, b.frames), settings_);
   const FrameHypothesis* chosen =
       link.set.all.empty() ? nullptr : &link.set.all[link.decision.chosen];
   return link.gate.evaluate(t, link.decision, chosen);
@@ -220,34 +211,6 @@ void FrameSolver::solve(Group& group, bool anew) {
   FrameSolution s = solve_frames(problem, start, best_alternatives(problem, start, choose));
   if (choose) s = solve_frames_choosing(problem, s);
   if (s.valid) take(group, problem, s);
-}
-
-void FrameSolver::unplace(StreamKey key) {
-  const auto at = group_of(key);
-  if (!at || groups_[*at].frames.keys.size() < 2) return;
-  Group& group = groups_[*at];
-  const auto k = std::find(group.frames.keys.begin(), group.frames.keys.end(), key);
-  const auto index = k - group.frames.keys.begin();
-  const YawPose T_first = group.frames.T_ref_odom[index == 0 ? 1 : 0];
-  group.frames.keys.erase(k);
-  group.frames.T_ref_odom.erase(group.frames.T_ref_odom.begin() + index);
-  for (YawPose& T : group.frames.T_ref_odom) T = T_first.inverse() * T;
-  group.by.erase(key);
-  group.received = 0;
-  std::erase_if(tracks_, [key](const auto& item) {
-    return item.first.first == key || item.first.second == key;
-  });
-  std::erase_if(evidence_, [key](const PoseEvidence& e) {
-    return e.source != EvidenceSource::kPrior && (e.a == key || e.b == key);
-  });
-  std::erase_if(checks_, [key](const auto& item) {
-    return item.first.first == key || item.first.second == key;
-  });
-  links_.clear();
-  const Eigen::Index n = 4 * (static_cast<Eigen::Index>(group.frames.keys.size()) - 1);
-  group.covariance = Eigen::MatrixXd::Zero(n, n);
-  if (n > 0) solve(group, true);
-  add_vehicle(key);
 }
 
 void FrameSolver::place(const PoseEvidence& known) {

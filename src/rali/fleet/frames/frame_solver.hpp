@@ -62,16 +62,9 @@ class FrameSolver {
   /// Number of keyframes of its local map.
   void set_keyframes(StreamKey key, int keyframes) { keyframes_[key] = keyframes; }
 
-  /// A comparison of scans at the best hypothesis between the groups of two vehicles; valid until
-  /// the next one.
-  void set_scan_check(StreamKey a, StreamKey b, const ScanCheck& check);
-
   /// Evaluates all links with new measurements, joins groups whose transform is certain, and solves
   /// the groups again. @param t time of the fleet, not before that of the last call
   void evaluate(Time t);
-
-  /// Removes a vehicle from its group (Watch): it must be placed again, from new ranges.
-  void unplace(StreamKey key);
 
   /// Places a vehicle by an earlier result, e.g. of the former centre of the fleet: vehicle `a`
   /// joins the group of `b` at once, and `known` stays as evidence. No effect if `a` is in a group
@@ -112,7 +105,7 @@ class FrameSolver {
   [[nodiscard]] StreamKey partner_of(StreamKey key, const FrameGroup& group) const;
   [[nodiscard]] std::optional<std::size_t> group_of(StreamKey key) const;
   [[nodiscard]] std::size_t received_between(const FrameGroup& a, const FrameGroup& b) const;
-  [[nodiscard]] CommitInputs inputs(const FrameGroup& a, const FrameGroup& b) const;
+  [[nodiscard]] int keyframes(const FrameGroup& a, const FrameGroup& b) const;
   [[nodiscard]] std::vector<PairTrack> tracks_of(const FrameGroup& a, const FrameGroup& b) const;
   bool look(Time t, const Group& a, const Group& b);
   void join(std::size_t a, std::size_t b);
@@ -124,7 +117,6 @@ class FrameSolver {
   std::vector<Group> groups_;
   std::map<KeyPair, PairTrack> tracks_;
   std::vector<PoseEvidence> evidence_;
-  std::map<KeyPair, ScanCheck> checks_;
   std::map<StreamKey, int> keyframes_;
   std::map<KeyPair, Link> links_;
 };

@@ -200,31 +200,6 @@ TEST(FrameSolver, other_names_give_the_same_frames) {
   }
 }
 
-TEST(FrameSolver, one_taken_out_is_found_anew_from_new_ranges_only) {
-  World w = three();
-  FrameSolver solver(InitSettings{}, w.keys[0]);
-  const auto drive = [&](double later_s) {
-    for (std::size_t i = 0; i < 90; ++i) {
-      w.range(i, 0, 1, solver, later_s);
-      w.range(i, 0, 2, solver, later_s);
-      if (i % 3 == 0) solver.evaluate(Time::from_s(later_s + static_cast<double>(i)));
-    }
-  };
-  drive(0.0);
-  ASSERT_TRUE(solver.placed(w.keys[1]) && solver.placed(w.keys[2]));
-  solver.unplace(w.keys[1]);
-  EXPECT_FALSE(solver.placed(w.keys[1]));
-  EXPECT_TRUE(solver.placed(w.keys[2])) << solver.text(w.keys[2], kNames);
-  solver.evaluate(Time::from_s(91.0));
-  EXPECT_FALSE(solver.placed(w.keys[1]));
-  // Its odometry has slipped: the new frame differs.
-  w.T_world_odom[1].t_m += Vec3(3.0, 0.0, 0.0);
-  for (auto& path : w.paths) std::reverse(path.begin(), path.end());
-  drive(92.0);
-  ASSERT_TRUE(solver.placed(w.keys[1]));
-  EXPECT_LT(error_m(w, solver, 0, 1), 0.7);
-}
-
 TEST(FrameSolver, takes_over_what_another_centre_had_found) {
   World w = three();
   FrameSolver solver(InitSettings{}, w.keys[0]);

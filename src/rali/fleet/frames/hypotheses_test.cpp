@@ -54,7 +54,7 @@ TEST(Hypotheses, of_ranges_to_one_who_stands_leave_the_heading_open) {
   EXPECT_NEAR((set.all.front().T_b_a.inverse() * Vec3(Vec3::Zero()) - p).norm(), 0.0, 1e-3);
   const Observability seen = observability(set, settings);
   EXPECT_EQ(seen.advice, Advice::kHeadingUnknown);
-  EXPECT_FALSE(decide(set, seen, {}, settings).ready);
+  EXPECT_FALSE(decide(set, seen, 0, settings).ready);
   EXPECT_EQ(advice_text(seen.advice, seen, "v2", "v1", settings),
             "v2: heading against v1 unknown; ranges to a standing vehicle cannot give it. Let v1 "
             "see v2's mapped area, or move v1 2 m off its place");
@@ -80,7 +80,7 @@ TEST(Hypotheses, of_a_straight_way_are_two_mirror_images) {
   if (places[0].y() < 0.0) std::swap(places[0], places[1]);
   EXPECT_NEAR((places[0] - Vec3(3, 4, 0)).norm(), 0.0, 1e-3);
   EXPECT_NEAR((places[1] - Vec3(3, -4, 0)).norm(), 0.0, 1e-3);
-  EXPECT_FALSE(decide(set, observability(set, settings), {}, settings).ready);
+  EXPECT_FALSE(decide(set, observability(set, settings), 0, settings).ready);
 }
 
 // T15
@@ -124,7 +124,7 @@ TEST(Hypotheses, of_two_who_drive_alike_are_two) {
   EXPECT_LT(two->chi2, 1e-3);
   const Observability seen = observability(set, settings);
   EXPECT_EQ(seen.advice, Advice::kAlike);
-  EXPECT_FALSE(decide(set, seen, {}, settings).ready);
+  EXPECT_FALSE(decide(set, seen, 0, settings).ready);
 }
 
 TEST(Hypotheses, move_with_the_frames_and_keep_their_chi2) {
@@ -221,7 +221,7 @@ TEST(Hypotheses, a_wrong_registration_does_not_carry_off_what_right_ones_say) {
   EXPECT_NEAR(set.all[1].chi2, 6 * 16.0, 0.1);
   EXPECT_EQ(set.all.front().views, 3);
   EXPECT_EQ(set.all[1].views, 1);
-  EXPECT_TRUE(decide(set, observability(set, settings), {}, settings).ready);
+  EXPECT_TRUE(decide(set, observability(set, settings), 0, settings).ready);
 }
 
 // Four matches of the same walls count as one.
@@ -235,7 +235,7 @@ TEST(Hypotheses, pieces_that_overlap_are_one_view) {
   const HypothesisSet set = joint_hypotheses(none, evidence, settings);
   ASSERT_EQ(set.all.size(), 1U);
   EXPECT_EQ(set.all.front().views, 1);
-  const Decision d = decide(set, observability(set, settings), {}, settings);
+  const Decision d = decide(set, observability(set, settings), 0, settings);
   EXPECT_FALSE(d.ready);
   EXPECT_EQ(d.advice, Advice::kFewViews);
 }
@@ -261,7 +261,7 @@ TEST(Hypotheses, of_rubbish_are_none_or_undecided) {
   const HypothesisSet set = range_hypotheses(track, settings);
   const Observability seen = observability(set, settings);
   EXPECT_EQ(seen.advice, Advice::kWaiting);
-  EXPECT_FALSE(decide(set, seen, {}, settings).ready);
+  EXPECT_FALSE(decide(set, seen, 0, settings).ready);
   PoseEvidence bad = prior_evidence(kTag, kAnchor, kTruth, settings);
   bad.information(0, 0) = nan;
   EXPECT_EQ(joint_hypotheses(track, {bad}, settings).all.size(), set.all.size());

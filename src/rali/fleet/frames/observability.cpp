@@ -158,8 +158,6 @@ std::string refusal_text(Advice advice, const Observability& seen, const std::st
       return fmt::format("{}: ranges to {} contradict the odometry of both, no place fits", a, b);
     case Advice::kTooGood:
       return fmt::format("{}: ranges to {} are better than their sigma; give a smaller one", a, b);
-    case Advice::kNotVerified:
-      return fmt::format("{}: scans do not overlap with the map of {} where they should", a, b);
     case Advice::kNoPrior:
       return fmt::format("{}: needs a start pose against {} (preset paper)", a, b);
     case Advice::kSmallMap:
@@ -285,7 +283,6 @@ std::string advice_text(Advice advice, const Observability& seen, const std::str
                          a, b, seen.z_sigma_m, b, a);
     case Advice::kMisfit:
     case Advice::kTooGood:
-    case Advice::kNotVerified:
     case Advice::kNoPrior:
     case Advice::kSmallMap:
     case Advice::kFewViews:

@@ -26,7 +26,6 @@ enum class Advice {
   kHeight,          ///< height between the two is unobservable
   kMisfit,          ///< no pose fits: ranges contradict odometry
   kTooGood,         ///< residuals far smaller than their sigmas: the sigmas are wrong
-  kNotVerified,     ///< scans do not overlap where they should
   kNoPrior,         ///< preset paper needs a start pose
   kSmallMap,        ///< preset paper waits for keyframes
   kDrift,           ///< would suffice without the drift of odometry

@@ -15,8 +15,6 @@ using geometry::Vec3;
 namespace {
 
 /// Sigmas of the pose of a restarted vehicle (algorithms_fleet 7.6).
-constexpr double kStoodPlace_m = 0.1, kStoodYaw = 2.0 * kDegree;
-constexpr double kMovedPlace_m = 5.0, kMovedYaw = 180.0 * kDegree;
 
 Mat4 diagonal_information(double yaw_sigma_rad, double place_sigma_m) {
   Vec4 v = Vec4::Constant(1.0 / (place_sigma_m * place_sigma_m));
@@ -42,18 +40,6 @@ PoseEvidence prior_evidence(StreamKey a, StreamKey b, const YawPose& T_b_a,
   e.information = diagonal_information(settings.prior.yaw_deg * kDegree, settings.prior.xyz_m);
   e.source = EvidenceSource::kPrior;
   e.wrong_chi2 = settings.prior.wrong_chi2;
-  return e;
-}
-
-PoseEvidence restart_evidence(StreamKey a, StreamKey b, const SE3& T_a_body_first,
-                              const SE3& T_b_body_last, bool stood_still,
-                              const InitSettings& settings) {
-  const YawPose T = YawPose::of(T_b_body_last) * YawPose::of(T_a_body_first).inverse();
-  PoseEvidence e = prior_evidence(a, b, T, settings);
-  e.pivot_a_m = T_a_body_first.p;
-  e.place_b_m = T_b_body_last.p;
-  e.information = stood_still ? diagonal_information(kStoodYaw, kStoodPlace_m)
-                              : diagonal_information(kMovedYaw, kMovedPlace_m);
   return e;
 }
 

@@ -42,14 +42,6 @@ struct PoseEvidence {
 [[nodiscard]] PoseEvidence prior_evidence(StreamKey a, StreamKey b, const YawPose& T_b_a,
                                           const InitSettings& settings);
 
-/// The new odom frame of a vehicle that was restarted (algorithms_fleet 7.6): `a` the new frame,
-/// `b` the old one. If it was at standstill meanwhile, its pose is unchanged within 0.1 m and 2
-/// deg; else within 5 m, its heading unknown.
-[[nodiscard]] PoseEvidence restart_evidence(StreamKey a, StreamKey b,
-                                            const geometry::SE3& T_a_body_first,
-                                            const geometry::SE3& T_b_body_last, bool stood_still,
-                                            const InitSettings& settings);
-
 /// A registration of two keyframes as evidence between the odom frames: T_kb_ka maps keyframe ka of
 /// vehicle a to keyframe kb of b; its information is of graph::RelativePoseFactor (rotation in ka,
 /// translation in kb). Roll and pitch are marginalised with the settings' sigma of tilt.

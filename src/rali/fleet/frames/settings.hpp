@@ -46,8 +46,6 @@ struct ScanToMapSettings {
   ScanWeight weight = ScanWeight::kRegistration;
   double sigma_m = 0.05;
   double wrong_chi2 = 16.0;
-  double overlap_min = 0.3;
-  double noise_factor = 2.0;
 
   template <class V>
   void visit(V& v) {
@@ -55,10 +53,6 @@ struct ScanToMapSettings {
     v("sigma_m", sigma_m, 1e-3, 10.0, "sigma of a point, where weight is fixed");
     v("wrong_chi2", wrong_chi2, 0.0, 1e6,
       "largest chi2 of an alignment that contradicts everything else");
-    v("overlap_min", overlap_min, 0.0, 1.0,
-      "fraction of points with a correspondence, below: not verified");
-    v("noise_factor", noise_factor, 0.1, 100.0,
-      "median distance to the partner's plane in noise of a voxel, above: not verified");
   }
 };
 
@@ -175,21 +169,6 @@ struct CommitSettings {
   }
 };
 
-struct WatchSettings {
-  int window = 50;
-  int windows = 3;
-  double quantile = 3.09;
-  int gate_failures = 3;
-
-  template <class V>
-  void visit(V& v) {
-    v("window", window, 2, 10000, "innovations of ranges whose mean square is judged");
-    v("windows", windows, 1, 100, "in a row outside the bound that undo a frame");
-    v("quantile", quantile, 0.5, 10.0, "of that bound, in sigma (99.9 % one-sided)");
-    v("gate_failures", gate_failures, 1, 1000, "more alignments refused than this undo it too");
-  }
-};
-
 /// Frames between vehicles (`init.*`, algorithms_fleet 7.1). The defaults are those of `robust`.
 struct InitSettings {
   double bias_sigma_m = 0.15;
@@ -201,7 +180,6 @@ struct InitSettings {
   DriftSettings drift;
   SearchSettings search;
   CommitSettings commit;
-  WatchSettings watch;
 
   template <class V>
   void visit(V& v) {
@@ -214,7 +192,6 @@ struct InitSettings {
     v.group("drift", drift, "errors of odometry along the path");
     v.group("search", search, "search of all solutions");
     v.group("commit", commit, "when a frame is accepted");
-    v.group("watch", watch, "when it is withdrawn");
   }
 };
 

@@ -31,10 +31,6 @@ enum class Kind : std::uint8_t {
 inline constexpr std::uint8_t kFactKinds = 16;     ///< a kind below is a fact
 inline constexpr std::uint8_t kMessageKinds = 32;  ///< all kinds are below
 
-[[nodiscard]] constexpr bool is_fact(Kind kind) {
-  return static_cast<std::uint8_t>(kind) < kFactKinds;
-}
-
 [[nodiscard]] Kind kind_of(const Fact& fact);
 [[nodiscard]] Kind kind_of(const Message& message);
 

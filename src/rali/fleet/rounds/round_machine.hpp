@@ -163,10 +163,4 @@ class StandFinder {
 /// starts before the previous one has ended.
 [[nodiscard]] Result<std::vector<RoundRow>> rounds_of_table(std::span<const Stand> table);
 
-/// The anchor at a time, if a round has one.
-[[nodiscard]] std::optional<VehicleId> anchor_at(std::span<const RoundRow> rounds, Time t);
-
-/// Time between two times that no round covers [s]: "n s without anchor".
-[[nodiscard]] double without_anchor_s(std::span<const RoundRow> rounds, Time begin, Time end);
-
 }  // namespace rali::fleet

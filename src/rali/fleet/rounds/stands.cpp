@@ -96,22 +96,4 @@ Result<std::vector<RoundRow>> rounds_of_table(std::span<const Stand> table) {
   return rows;
 }
 
-std::optional<VehicleId> anchor_at(std::span<const RoundRow> rounds, Time t) {
-  for (const RoundRow& r : rounds) {
-    if (r.start <= t && (!r.end || t <= *r.end)) return r.anchor;
-  }
-  return std::nullopt;
-}
-
-double without_anchor_s(std::span<const RoundRow> rounds, Time begin, Time end) {
-  double without_s = 0.0;
-  Time at = begin;
-  for (const RoundRow& r : rounds) {
-    if (r.start > end) break;
-    without_s += std::max(0.0, seconds_between(at, r.start));
-    at = std::max(at, r.end ? *r.end : end);
-  }
-  return without_s + std::max(0.0, seconds_between(at, end));
-}
-
 }  // namespace rali::fleet

@@ -13,7 +13,7 @@ namespace rali::odometry {
 /// measures the bend with noise of about 3e-4 rad/m. Used scan by scan, these differences would
 /// give spurious information on the position along the axis, to centimetres. The unobservable
 /// direction must be the same in all scans (Huang, Mourikis, Roumeliotis 2010), hence the mean over
-/// a few metres.
+/// some 20 scans.
 ///
 /// While one axis is degenerate, the filter's error state is relative to this screw: heading and
 /// gyro bias are the remainder once position and speed along the axis are right. So the LiDAR's

@@ -142,7 +142,7 @@ TEST(RobustOdometry, holds_still_to_the_hundredth_of_a_millimetre_while_it_stand
 TEST(RobustOdometry, a_lidar_that_drops_out_while_the_vehicle_stands_leaves_it_where_it_is) {
   TestRoom room;
   room.rest_s = 100.0;
-  const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}, 0.0}, true);
+  const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}}, true);
   SerialExecutor executor;
   FindingList findings;
   // Stamps as of today: a read beyond the queue by mistake gives an older one.
@@ -180,7 +180,7 @@ TEST(RobustOdometry, same_data_give_the_same_bytes) {
 TEST(RobustOdometry, a_scan_without_points_does_not_make_it_surer) {
   TestRoom room;
   room.rest_s = -1.0;
-  const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}, 0.0}, false);
+  const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}}, false);
   SerialExecutor executor;
   FindingList findings;
   double sigma2_m2 = 0.0;
@@ -199,7 +199,7 @@ TEST(RobustOdometry, a_scan_without_points_does_not_make_it_surer) {
 TEST(RobustOdometry, says_so_and_begins_again_when_the_lidar_sees_nothing_for_long) {
   TestRoom room;
   room.rings = 8;
-  const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}, 0.0}, false);
+  const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}}, false);
   SerialExecutor executor;
   FindingList findings;
   for (int k = 0; k < 5; ++k) {

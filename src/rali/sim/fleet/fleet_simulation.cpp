@@ -257,10 +257,6 @@ const RayCaster& FleetSimulation::ray_caster() const { return impl_->caster; }
 
 RadioModel& FleetSimulation::radio() { return impl_->radio; }
 
-RadioEnd FleetSimulation::radio_end(int vehicle, Time t) const {
-  return impl_->end(vehicle, 0, seconds_between(impl_->options.vehicle.start, t));
-}
-
 FleetMotion& FleetSimulation::motion() { return impl_->motion; }
 
 namespace {

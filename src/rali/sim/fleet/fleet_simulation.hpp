@@ -104,9 +104,8 @@ class FleetSimulation {
 
   [[nodiscard]] const RayCaster& ray_caster() const;
 
-  /// The radio model and each vehicle's end at time t, for messages between vehicles.
+  /// The radio model, for messages between vehicles.
   [[nodiscard]] RadioModel& radio();
-  [[nodiscard]] RadioEnd radio_end(int vehicle, Time t) const;
 
   /// Drives vehicles that are not scripted: step() it, then take messages until next() has none.
   [[nodiscard]] FleetMotion& motion();

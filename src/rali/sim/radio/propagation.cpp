@@ -16,11 +16,6 @@ double path_loss_db(double distance_m, double exponent) {
   return 10.0 * exponent * std::log10(std::max(distance_m, 0.1));
 }
 
-double free_space_loss_db(double distance_m, double frequency_hz) {
-  constexpr double kLight_mps = 299'792'458.0;
-  return 20.0 * std::log10(4.0 * std::numbers::pi * distance_m * frequency_hz / kLight_mps);
-}
-
 double reported_power_dbm(double true_dbm, double ceiling_dbm) {
   // In a form that does not overflow: the smaller power minus the loss by the other.
   const double low = std::min(true_dbm, ceiling_dbm);

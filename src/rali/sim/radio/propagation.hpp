@@ -10,9 +10,6 @@ namespace rali::sim {
 /// Path loss relative to 1 m: 10 n log10(d). Constant below 0.1 m.
 [[nodiscard]] double path_loss_db(double distance_m, double exponent);
 
-/// Free-space loss between isotropic antennas [dB]: 20 log10(4 pi d f / c) (Friis).
-[[nodiscard]] double free_space_loss_db(double distance_m, double frequency_hz);
-
 /// Power reported by a receiver that saturates at `ceiling_dbm`: 1 / (1/p + 1/ceiling) in mW.
 [[nodiscard]] double reported_power_dbm(double true_dbm, double ceiling_dbm);
 

@@ -8,9 +8,7 @@
 namespace rali::sim {
 namespace {
 
-TEST(Propagation, free_space_loss_at_4_GHz_is_44_5_dB_at_1_m_and_20_dB_more_at_10_m) {
-  EXPECT_NEAR(free_space_loss_db(1.0, 4e9), 44.489, 1e-3);
-  EXPECT_NEAR(free_space_loss_db(10.0, 4e9), 64.489, 1e-3);
+TEST(Propagation, ten_times_the_distance_costs_ten_times_the_exponent_in_dB) {
   EXPECT_NEAR(path_loss_db(1.0, 2.0), 0.0, 1e-12);
   EXPECT_NEAR(path_loss_db(10.0, 2.0), 20.0, 1e-12);
   EXPECT_NEAR(path_loss_db(10.0, 3.0), 30.0, 1e-12);

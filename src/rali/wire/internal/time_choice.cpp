@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 // Decides by value, not by name: the same names are used for seconds, microseconds and nanoseconds,
-// from the header or from 1970 (users.md section 3). One scan takes 0.02 to 0.6 s with any sensor.
+// from the header or from 1970 (users.md section 3). One scan takes 0.015 to 0.6 s with any sensor.
 // The four units differ by 1000, so at most one of them gives such a span.
 namespace rali::wire::internal {
 namespace {

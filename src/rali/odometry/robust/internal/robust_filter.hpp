@@ -28,8 +28,8 @@
 
 namespace rali::odometry::internal {
 
-/// The filter behind make_robust_odometry(). The steps of a scan (predict, update, constrain,
-/// judge, insert) are in robust_odometry.cpp; start, initialisation and restart in
+/// The filter behind make_robust_odometry(). The steps of a scan (predict, update, judge, insert)
+/// are in robust_odometry.cpp, constrain in robust_motion.cpp; start, initialisation and restart in
 /// robust_start.cpp.
 class RobustOdometry final : public Odometry, private AugmentedFilter {
  public:
