@@ -99,26 +99,20 @@ class Search {
   /// The best trial of each heading, best first.
   [[nodiscard]] std::vector<Trial> try_grid(const Vec3& up, double step_m, int n_m, double step_rad,
                                             int n_rad) const {
-    const Vec3 helper = std::abs(up.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
-    const Vec3 h1 = (helper - helper.dot(up) * up).normalized();
-    const Vec3 h2 = up.cross(h1);
-    const SE3& center = prior_.T_odom_body;
-    std::vector<Trial> best;
-    for (int a = -n_rad; a <= n_rad; ++a) {
-      SE3 trial = center;
-      trial.R = geometry::so3_exp(a * step_rad * up) * center.R;
-      Trial& here = best.emplace_back();
-      for (int i = -n_m; i <= n_m; ++i) {
-        for (int j = -n_m; j <= n_m; ++j) {
-          trial.p = center.p + step_m * (i * h1 + j * h2);
-          const double v = value(trial);
-          if (v > here.value) here = {trial, v, a};
-        }
-      }
-    }
-    std::stable_sort(best.begin(), best.end(),
-                     [](const Trial& x, const Trial& y) { return x.value > y.value; });
-    return best;
+    std::vector<Trial> best(static_cast<std::size_t>(2 * n_rad + 1));
+    for_each(up, step_m, n_m, step_rad, n_rad, [&](const Trial& trial) {
+      Trial& here = best[static_cast<std::size_t>(trial.heading + n_rad)];
+      if (trial.value > here.value) here = trial;
+    });
+    return sorted(std::move(best));
+  }
+
+  /// All trials, best first.
+  [[nodiscard]] std::vector<Trial> try_all(const Vec3& up, double step_m, int n_m, double step_rad,
+                                           int n_rad) const {
+    std::vector<Trial> all;
+    for_each(up, step_m, n_m, step_rad, n_rad, [&](const Trial& trial) { all.push_back(trial); });
+    return sorted(std::move(all));
   }
 
   /// Hill climbing along each of the six directions in turn with shrinking steps.
@@ -149,6 +143,33 @@ class Search {
   }
 
  private:
+  template <class Use>
+  void for_each(const Vec3& up, double step_m, int n_m, double step_rad, int n_rad,
+                const Use& use) const {
+    const Vec3 helper = std::abs(up.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
+    const Vec3 h1 = (helper - helper.dot(up) * up).normalized();
+    const Vec3 h2 = up.cross(h1);
+    const SE3& center = prior_.T_odom_body;
+    for (int a = -n_rad; a <= n_rad; ++a) {
+      Trial trial;
+      trial.heading = a;
+      trial.T.R = geometry::so3_exp(a * step_rad * up) * center.R;
+      for (int i = -n_m; i <= n_m; ++i) {
+        for (int j = -n_m; j <= n_m; ++j) {
+          trial.T.p = center.p + step_m * (i * h1 + j * h2);
+          trial.value = value(trial.T);
+          use(trial);
+        }
+      }
+    }
+  }
+
+  static std::vector<Trial> sorted(std::vector<Trial> trials) {
+    std::stable_sort(trials.begin(), trials.end(),
+                     [](const Trial& x, const Trial& y) { return x.value > y.value; });
+    return trials;
+  }
+
   const Nearness& nearness_;
   const std::vector<Vec3f>& points_;
   const PoseGuess& prior_;
@@ -185,9 +206,11 @@ void RecentPoints::add(const BodyPoints& points, const SE3& T_odom_body) {
     scans_.pop_front();
     scans_.push_back(std::move(oldest));
     scans_.back().clear();
+    poses_.pop_front();
   } else {
     scans_.emplace_back();
   }
+  poses_.push_back(T_odom_body);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vec3 p = geometry::Vec3f(points.x_m[i], points.y_m[i], points.z_m[i]).cast<double>();
     scans_.back().push_back((T_odom_body * p).cast<float>());
@@ -222,52 +245,106 @@ std::vector<SE3> search_pose(const RecentPoints& recent, const BodyPoints& body,
   return search_headings(recent, body, guess, up_odom, settings, kCandidates);
 }
 
-std::vector<SE3> search_headings(const RecentPoints& recent, const BodyPoints& body,
-                                 const PoseGuess& guess, const Vec3& up_odom,
-                                 const CoarseSearchSettings& settings, std::size_t candidates) {
+namespace {
+
+/// The steps of a grid around a guess.
+struct Grid {
+  double cell_m, step_rad;
+  int n_m, n_rad;
+};
+
+/// @param range_m median range of the scan
+Grid grid_of(const PoseGuess& guess, double range_m, double cell_m,
+             const CoarseSearchSettings& settings) {
   constexpr double kRadian = std::numbers::pi / 180.0;
   constexpr double kSigmas = 4.0;
-  constexpr double kCellPerRange = 0.04;  // 2.3 degrees seen from the sensor
+  const double step_rad = 1.25 * cell_m / std::max(range_m, cell_m / 0.2);
+  const double reach_m = std::min(settings.range_max_m, kSigmas * guess.sigma_m);
+  const double reach_rad = std::min(settings.range_max_deg * kRadian, kSigmas * guess.sigma_rad);
+  return {cell_m, step_rad, static_cast<int>(std::ceil(reach_m / cell_m)),
+          static_cast<int>(std::ceil(reach_rad / step_rad))};
+}
+
+/// A cell of 2.3 degrees as seen from the sensor.
+double usual_cell_m(double range_m) {
+  constexpr double kCellPerRange = 0.04;
   constexpr double kCellMin_m = 0.15;
   constexpr double kCellMax_m = 1.0;
-  const std::vector<Vec3f> points = some_points(body, settings.points);
-  if (points.size() < kPointsMin) return {};
-  const double range_m = std::max(0.1, median_range(points));
-  const double cell_m = std::clamp(kCellPerRange * range_m, kCellMin_m, kCellMax_m);
+  return std::clamp(kCellPerRange * range_m, kCellMin_m, kCellMax_m);
+}
+
+Nearness nearness_of(const RecentPoints& recent, const PoseGuess& guess, double cell_m) {
   Nearness nearness(guess.T_odom_body.p, cell_m);
   for (const auto& scan : recent.scans()) {
     for (const Vec3f& p : scan) nearness.mark(p);
   }
+  return nearness;
+}
+
+/// Refines the trials; those that climb to the same maximum are one.
+std::vector<SE3> climbed(const Search& search, const Grid& grid, std::vector<Trial> trials) {
+  for (Trial& t : trials) search.climb(t, 0.5 * grid.cell_m, 0.5 * grid.step_rad);
+  std::stable_sort(trials.begin(), trials.end(),
+                   [](const Trial& x, const Trial& y) { return x.value > y.value; });
+  std::vector<SE3> out;
+  for (const Trial& t : trials) {
+    const bool known = std::any_of(out.begin(), out.end(), [&](const SE3& other) {
+      return (other.p - t.T.p).norm() < 0.5 * grid.cell_m &&
+             geometry::so3_log(other.R.transpose() * t.T.R).norm() < 0.5 * grid.step_rad;
+    });
+    if (!known) out.push_back(t.T);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<SE3> search_headings(const RecentPoints& recent, const BodyPoints& body,
+                                 const PoseGuess& guess, const Vec3& up_odom,
+                                 const CoarseSearchSettings& settings, std::size_t candidates) {
+  const std::vector<Vec3f> points = some_points(body, settings.points);
+  if (points.size() < kPointsMin) return {};
+  const double range_m = std::max(0.1, median_range(points));
+  constexpr double kCells = 40.0;
+  const double cell_m = std::max(usual_cell_m(range_m), settings.range_max_m / kCells);
+  const Nearness nearness = nearness_of(recent, guess, cell_m);
   const Search search(nearness, points, guess);
-
-  const double step_rad = 1.25 * cell_m / std::max(range_m, cell_m / 0.2);
-  const double reach_m = std::min(settings.range_max_m, kSigmas * guess.sigma_m);
-  const double reach_rad = std::min(settings.range_max_deg * kRadian, kSigmas * guess.sigma_rad);
-  const int n_m = static_cast<int>(std::ceil(reach_m / cell_m));
-  const int n_rad = static_cast<int>(std::ceil(reach_rad / step_rad));
-  const std::vector<Trial> grid = search.try_grid(up_odom, cell_m, n_m, step_rad, n_rad);
-
+  const Grid grid = grid_of(guess, range_m, cell_m, settings);
   constexpr int kApart = 2;  // nearer headings climb to the same maximum
   std::vector<Trial> best;
-  for (const Trial& t : grid) {
+  for (const Trial& t :
+       search.try_grid(up_odom, grid.cell_m, grid.n_m, grid.step_rad, grid.n_rad)) {
     const bool known = std::any_of(best.begin(), best.end(), [&t](const Trial& other) {
       return std::abs(other.heading - t.heading) <= kApart;
     });
     if (!known) best.push_back(t);
     if (best.size() == candidates) break;
   }
-  for (Trial& t : best) search.climb(t, 0.5 * cell_m, 0.5 * step_rad);
-  std::stable_sort(best.begin(), best.end(),
-                   [](const Trial& x, const Trial& y) { return x.value > y.value; });
-  std::vector<SE3> out;
-  for (const Trial& t : best) {
-    const bool known = std::any_of(out.begin(), out.end(), [&](const SE3& other) {
-      return (other.p - t.T.p).norm() < 0.5 * cell_m &&
-             geometry::so3_log(other.R.transpose() * t.T.R).norm() < 0.5 * step_rad;
+  return climbed(search, grid, std::move(best));
+}
+
+std::vector<SE3> search_places(const RecentPoints& recent, const BodyPoints& body,
+                               const PoseGuess& guess, const Vec3& up_odom,
+                               const CoarseSearchSettings& settings, double apart_m,
+                               std::size_t candidates) {
+  constexpr double kCells = 24.0;  // from the middle of the grid to its border
+  const std::vector<Vec3f> points = some_points(body, settings.points);
+  if (points.size() < kPointsMin) return {};
+  const double range_m = std::max(0.1, median_range(points));
+  const double cell_m = std::max(usual_cell_m(range_m), settings.range_max_m / kCells);
+  const Nearness nearness = nearness_of(recent, guess, cell_m);
+  const Search search(nearness, points, guess);
+  const Grid grid = grid_of(guess, range_m, cell_m, settings);
+  constexpr int kApart = 3;
+  std::vector<Trial> best;
+  for (const Trial& t : search.try_all(up_odom, grid.cell_m, grid.n_m, grid.step_rad, grid.n_rad)) {
+    const bool known = std::any_of(best.begin(), best.end(), [&](const Trial& other) {
+      return std::abs(other.heading - t.heading) <= kApart && (other.T.p - t.T.p).norm() <= apart_m;
     });
-    if (!known) out.push_back(t.T);
+    if (!known) best.push_back(t);
+    if (best.size() == candidates) break;
   }
-  return out;
+  return climbed(search, grid, std::move(best));
 }
 
 }  // namespace rali::odometry

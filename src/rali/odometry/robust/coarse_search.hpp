@@ -32,12 +32,20 @@ class RecentPoints {
  public:
   void add(const BodyPoints& points, const geometry::SE3& T_odom_body);
 
-  void clear() { scans_.clear(); }
+  void clear() {
+    scans_.clear();
+    poses_.clear();
+  }
 
+  /// In odom, oldest first.
   [[nodiscard]] const std::deque<std::vector<geometry::Vec3f>>& scans() const { return scans_; }
 
+  /// T_odom_body of each.
+  [[nodiscard]] const std::deque<geometry::SE3>& poses() const { return poses_; }
+
  private:
-  std::deque<std::vector<geometry::Vec3f>> scans_;  ///< odom, oldest first
+  std::deque<std::vector<geometry::Vec3f>> scans_;
+  std::deque<geometry::SE3> poses_;
 };
 
 /// A guess and its horizontal and heading uncertainty (1 sigma).

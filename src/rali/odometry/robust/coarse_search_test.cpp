@@ -1,5 +1,6 @@
 #include "rali/odometry/robust/coarse_search.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -7,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rali/odometry/robust/wide_search.hpp"
 #include "rali/odometry/room_for_test.hpp"
 
 namespace rali::odometry {
@@ -100,6 +102,21 @@ TEST_F(CoarseSearchTest, a_tilt_and_a_rise_within_half_a_cell_are_climbed_to) {
   ASSERT_FALSE(found.empty());
   EXPECT_LT((found.front().p - truth.p).norm(), 0.15);
   EXPECT_LT(turn_deg(found.front()), 3.0);
+}
+
+TEST_F(CoarseSearchTest, two_places_that_look_alike_are_both_returned) {
+  const Vec3 apart(20.0, 0.0, 0.0);
+  BodyPoints copy = seen_from(room, SE3{}, 2);
+  recent.add(copy, SE3{geometry::Mat3::Identity(), apart});
+  settings.range_max_m = 14.0;
+  const PoseGuess guess{SE3{geometry::Mat3::Identity(), 0.5 * apart}, 14.0, 30.0 * kDegree};
+  const auto found = search_places(recent, now, guess, kUp, settings, 1.0, 12);
+  const auto has = [&](const Vec3& p) {
+    return std::any_of(found.begin(), found.end(),
+                       [&](const SE3& T) { return (T.p - p).norm() < 0.3 && turn_deg(T) < 6.0; });
+  };
+  EXPECT_TRUE(has(truth.p));
+  EXPECT_TRUE(has(truth.p + apart));
 }
 
 TEST_F(CoarseSearchTest, the_answer_stays_within_the_range_that_is_searched) {

@@ -159,7 +159,12 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   constexpr double kMoved_rad = 0.006;
   FilterState trial = state_;
   const FilterState before = state_;
-  propagate_held(state_, imu_, scan.t_end, rest_noise());
+  const bool interrupted = is_interrupted(scan.t_end);
+  if (interrupted) {
+    state_.t = scan.t_end;
+  } else {
+    propagate_held(state_, imu_, scan.t_end, rest_noise());
+  }
   const ScanMotion still(calibration_.T_body_lidar);
   still.apply(scan, sampler_.update_indices(), points_);
   matcher_.set_points(points_, calibration_.T_body_lidar.p);
@@ -175,8 +180,12 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   // IMU.
   constexpr int kScansToBelieve = 5;
   moved_scans_ = moved ? moved_scans_ + 1 : 0;
-  const bool stands =
-      standstill_.update(state_, imu_, degenerate_axis(), rest_noise().gyro_radps_rthz);
+  // After an interruption only the LiDAR knows.
+  const bool seen_here =
+      seen.matches >= settings_.update.matches_min && !moved && !degenerate_axis();
+  const bool stands = interrupted ? seen_here
+                                  : standstill_.update(state_, imu_, degenerate_axis(),
+                                                       rest_noise().gyro_radps_rthz);
   // If the inertial sensor proves standstill, apparent motion is not that of the vehicle.
   if (!stands || (moved_scans_ >= kScansToBelieve && !standstill_.certain())) {
     end_zero_velocity(before);

@@ -29,28 +29,22 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   if (at_standstill_ && !imu_.empty()) {
     if (auto result = hold(scan)) return *result;
   }
-  const bool follows = inertial_ && !imu_.empty() && last_posterior_.t < scan.t_end;
+  const bool interrupted = is_interrupted(scan.t_end);
+  const bool follows = !interrupted && inertial_ && !imu_.empty() && last_posterior_.t < scan.t_end;
   const InertialIntegral inertial =
       follows ? integrate_from(last_posterior_, imu_, scan.t_end) : InertialIntegral{};
-  const SE3 T_inertial = predicted_motion(scan.t_end, inertial);
-  predict(scan.t_end);
-  T_last_predicted_ = inertial_ ? T_inertial : T_propagated_;
-  // Without inertial data, or beyond its range, the scan is undistorted with a guess of the motion:
-  // repeated with the estimated motion if it differs.
-  constexpr int kRoundsOfAGuess = 3;
-  const FilterState predicted = state_;
-  const bool measured = inertial_ && !is_rotation_uncertain(predicted.P.topLeftCorner<6, 6>());
-  UpdateResult done = update(scan, measured ? 1 : kRoundsOfAGuess);
-  const bool settled = has_imu_ || settle_alone(scan, predicted, done);
+  UpdateResult done = interrupted ? resume(scan, findings) : predict_and_update(scan, inertial);
+  const bool settled = has_imu_ || settle_alone(scan, predicted_, done);
   if (settled) remember_seen(done);
-  watch_acceleration(settled);
+  watch_acceleration(settled && !interrupted);
   if (follows) {
     measure_noise(done, inertial);
     measure_tilt(done, inertial);
   }
   if (inertial_) constrain(done, findings);
   if (settled) judge(done, findings);
-  if (!settled) stray(predicted, findings);
+  if (interrupted && new_map_) track_state_ = TrackState::kDiverged;
+  if (!settled) stray(predicted_, findings);
   // A young map has few planes: it must grow before many matches can be required.
   const bool young = scans_in_map_ < kYoungScans;
   const bool trusted = settled && (track_state_ != TrackState::kPredicted || young);
@@ -71,6 +65,19 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   poses_.clear();
   T_propagated_ = SE3{};
   return result;
+}
+
+UpdateResult RobustOdometry::predict_and_update(const LidarScan& scan,
+                                                const InertialIntegral& inertial) {
+  const SE3 T_inertial = predicted_motion(scan.t_end, inertial);
+  predict(scan.t_end);
+  T_last_predicted_ = inertial_ ? T_inertial : T_propagated_;
+  // Without inertial data, or beyond its range, the scan is undistorted with a guess of the motion:
+  // repeated with the estimated motion if it differs.
+  constexpr int kRoundsOfAGuess = 3;
+  predicted_ = state_;
+  const bool measured = inertial_ && !is_rotation_uncertain(predicted_.P.topLeftCorner<6, 6>());
+  return update(scan, measured ? 1 : kRoundsOfAGuess);
 }
 
 /// Propagates to t_end; `poses_` contains the path since the end of the last scan.
@@ -207,7 +214,11 @@ void RobustOdometry::insert_points(const SE3& T_odom_body) {
   const Vec3 origin = calibration_.T_body_lidar.p;
   const double epoch = drift_.epoch();
   const SE3 T_odom_lidar = T_odom_body * calibration_.T_body_lidar;
-  if (!has_imu_) recent_.add(points_, T_odom_body);
+  // With inertial data they are needed after an interruption only: a few scans along the path.
+  constexpr double kSpacing_m = 0.5;
+  const bool spaced =
+      recent_.poses().empty() || (recent_.poses().back().p - T_odom_body.p).norm() > kSpacing_m;
+  if (!has_imu_ || spaced) recent_.add(points_, T_odom_body);
   map_.set_view(T_odom_lidar);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const Vec3 p(points_.x_m[i], points_.y_m[i], points_.z_m[i]);

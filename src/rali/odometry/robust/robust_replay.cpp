@@ -94,6 +94,14 @@ FirstSpeedFit RobustOdometry::replay(std::span<const LidarScan> scans, const Fir
 /// No motion is known before the first scan: its own is taken as constant.
 void RobustOdometry::insert_at_constant_speed(const LidarScan& scan,
                                               const std::optional<Vec3>& gyro_radps) {
+  poses_at_constant_speed(scan, gyro_radps);
+  sampler_.sample(scan);
+  insert(scan);
+}
+
+/// The path within a scan, if speed and turn rate are constant. Empty rate: no turn.
+void RobustOdometry::poses_at_constant_speed(const LidarScan& scan,
+                                             const std::optional<Vec3>& gyro_radps) {
   constexpr int kSteps = 10;
   const double span_s = (scan.t_end - scan.t_start).s();
   const Vec3 w = gyro_radps ? Vec3(*gyro_radps - state_.gyro_bias_radps) : Vec3::Zero();
@@ -104,8 +112,6 @@ void RobustOdometry::insert_at_constant_speed(const LidarScan& scan,
     poses_.push_back(
         {scan.t_end - Duration::from_s(ago_s), {R, state_.T_odom_body.p - ago_s * state_.v}});
   }
-  sampler_.sample(scan);
-  insert(scan);
 }
 
 }  // namespace rali::odometry::internal

@@ -281,6 +281,7 @@ void RobustOdometry::end_start(bool at_rest, FindingList& findings) {
 /// The first scan in an empty map defines the map's frame: the filter's pose becomes exact, and its
 /// covariance becomes an error of the whole map.
 void RobustOdometry::start_map() {
+  new_map_ = true;
   drift_.add(state_.T_odom_body, state_.P.topLeftCorner<6, 6>());
   decorrelate(state_, kTheta, 6);
   state_.P.diagonal().head<6>().setConstant(1e-10);
@@ -298,8 +299,13 @@ void RobustOdometry::restart(const std::string& impossible, FindingList& finding
   f.text = fmt::format("lost for {:.1f} s: {}", (state_.t - t_last_good_).s(), why);
   f.effect = "this stretch is cut from the map; poses after it hang on a guess";
   findings.push_back(f);
+  start_anew();
+}
+
+/// A new map, at the last plausible pose; gravity and speed are to be solved for again.
+void RobustOdometry::start_anew() {
   const Time now = state_.t;
-  SE3 pose = last_good_;
+  const SE3 pose = last_good_;
   const Vec3 gravity = state_.g_odom_mps2;
   AugmentedStates augmented = std::move(state_.augmented);
   state_ = FilterState{};

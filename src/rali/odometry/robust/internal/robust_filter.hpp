@@ -110,11 +110,14 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   void replay_start(const InitialGuess& guess, FindingList& findings);
   void insert_at_constant_speed(const sensor::LidarScan& scan,
                                 const std::optional<geometry::Vec3>& gyro_radps);
+  void poses_at_constant_speed(const sensor::LidarScan& scan,
+                               const std::optional<geometry::Vec3>& gyro_radps);
   void set_range_noise(const sensor::LidarScan& scan);
   void turn_with_gyro(Time t_end);
   [[nodiscard]] std::optional<geometry::Vec3> gyro_rate(Time begin, Time end) const;
   [[nodiscard]] geometry::SE3 predicted_motion(Time t_end, const InertialIntegral& inertial) const;
   [[nodiscard]] ScanMotion scan_motion(const sensor::LidarScan& scan) const;
+  UpdateResult predict_and_update(const sensor::LidarScan& scan, const InertialIntegral& inertial);
   UpdateResult update(const sensor::LidarScan& scan, int rounds);
   void bend_poses(const geometry::SE3& end);
   void remember_seen(const UpdateResult& done);
@@ -135,6 +138,12 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   void start_again_at_rest();
 
   struct StartMemory;
+
+  /// A registration of a scan at one of several places.
+  struct Placed {
+    FilterState state;
+    UpdateResult done;
+  };
 
   /// At the start of a track, in odom.
   struct FirstSpeed {
@@ -188,6 +197,13 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   void watch_acceleration(bool settled);
   [[nodiscard]] std::string impossible_motion() const;
   void restart(const std::string& impossible, FindingList& findings);
+  void start_anew();
+  // Interruptions of all data: robust_gap.cpp.
+  [[nodiscard]] bool is_interrupted(Time t_end) const;
+  [[nodiscard]] FilterState anywhere_reached(Time t) const;
+  std::vector<Placed> place_again(const sensor::LidarScan& scan, const FilterState& wide);
+  std::optional<UpdateResult> find_again(const sensor::LidarScan& scan, const FilterState& wide);
+  UpdateResult resume(const sensor::LidarScan& scan, FindingList& findings);
   void start_map();
   ScanResult result_of(const sensor::LidarScan& scan, const UpdateResult& update);
 
@@ -205,7 +221,7 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   ScanSampler sampler_;
   Matcher matcher_;
   PlaneMap map_;
-  RecentPoints recent_;                            ///< without inertial data only
+  RecentPoints recent_;                            ///< all scans without inertial data
   std::unique_ptr<sensor::LidarScan> first_scan_;  ///< kept until the second scan shows its speed
   Keyframer keyframer_;
   Drift drift_;
@@ -219,6 +235,7 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   int driven_scans_ = 0;                 ///< with inertial data that show motion
   double noise_boost_ = 1.0;             ///< while inertial data contradict the LiDAR
   FilterState last_posterior_;           ///< after the last scan
+  FilterState predicted_;                ///< for the newest scan
   geometry::SE3 T_predicted_;            ///< for the newest scan, before it was registered
   geometry::Mat3 P_predicted_m2_ = geometry::Mat3::Zero();  ///< of the predicted position
   AccelerationWatch acceleration_;

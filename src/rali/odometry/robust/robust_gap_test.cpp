@@ -1,0 +1,108 @@
+// Interruptions of all data: neither scans nor inertial samples for seconds.
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rali/odometry/make_odometry.hpp"
+#include "rali/odometry/room_for_test.hpp"
+
+namespace rali::odometry {
+namespace {
+
+using geometry::SE3;
+
+struct Pause {
+  double begin_s, end_s;
+};
+
+struct After {
+  std::vector<ScanResult> results;  ///< of the scans after the pause
+  std::vector<double> errors_m;
+  FindingList findings;
+};
+
+/// Drives through the room; nothing is recorded during the pause, after which it may be another
+/// room.
+After drive(TestRoom room, const Pause& pause, double duration_s, const TestRoom* elsewhere = {}) {
+  const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}}, true);
+  SerialExecutor executor;
+  After out;
+  SE3 T_world_odom;
+  int imu_index = 0;
+  for (int k = 0; 0.1 * (k + 1) <= duration_s; ++k) {
+    const double t_s = 0.1 * k;
+    const bool after = t_s >= pause.end_s;
+    if (after && elsewhere != nullptr) {
+      room.walls = elsewhere->walls;
+      room.pillars = elsewhere->pillars;
+    }
+    for (; 0.005 * imu_index <= t_s + 0.1; ++imu_index) {
+      const double imu_s = 0.005 * imu_index;
+      if (imu_s < pause.begin_s || imu_s >= pause.end_s) odometry->add_imu(room.imu(imu_s));
+    }
+    if (t_s + 0.1 > pause.begin_s && !after) continue;
+    const auto scan = room.scan(t_s);
+    const ScanResult result = odometry->process(*scan, executor, out.findings);
+    const SE3 truth = room.pose(scan->t_end.s());
+    if (k == 0) T_world_odom = truth * result.T_odom_body.inverse();
+    if (!after) continue;
+    out.results.push_back(result);
+    out.errors_m.push_back((result.T_odom_body.p - (T_world_odom.inverse() * truth).p).norm());
+  }
+  return out;
+}
+
+double sigma_m(const ScanResult& result) {
+  return std::sqrt(result.covariance.bottomRightCorner<3, 3>().trace());
+}
+
+std::string text_of(const After& run) {
+  for (const Finding& f : run.findings) {
+    if (f.id == "odometry.interrupted") return f.text + ". " + f.effect;
+  }
+  return {};
+}
+
+TEST(RobustGap, a_standing_vehicle_keeps_its_pose_over_12_s_without_data) {
+  TestRoom room;
+  room.rest_s = 100.0;
+  const After run = drive(room, {4.0, 16.0}, 19.0);
+  for (std::size_t k = 0; k < run.results.size(); ++k) {
+    EXPECT_LT(run.errors_m[k], 0.02) << k;
+    EXPECT_LT(sigma_m(run.results[k]), 0.05) << k;
+    EXPECT_FALSE(run.results[k].new_map);
+  }
+}
+
+TEST(RobustGap, a_driving_vehicle_is_found_again_in_its_map_after_2_s) {
+  const After run = drive({}, {6.0, 8.0}, 10.0);  // 2 m, and a turn of 57 degrees
+  EXPECT_NE(text_of(run).find("found again"), std::string::npos) << text_of(run);
+  EXPECT_LT(run.errors_m.front(), 0.15) << "the scan is undistorted with a guess of the speed";
+  for (std::size_t k = 3; k < run.results.size(); ++k) EXPECT_LT(run.errors_m[k], 0.04) << k;
+  for (const ScanResult& result : run.results) EXPECT_FALSE(result.new_map);
+}
+
+TEST(RobustGap, in_another_room_a_new_map_starts_with_a_covariance_that_covers_the_motion) {
+  TestRoom other;
+  other.walls = {{-9.0, -3.0, -1.0}, {4.0, 12.0, 4.0}};
+  other.pillars = {{{-4.0, 1.0, -1.0}, {-3.0, 2.5, 4.0}}};
+  const After run = drive({}, {6.0, 12.0}, 15.0, &other);
+  EXPECT_NE(text_of(run).find("a new map starts"), std::string::npos) << text_of(run);
+  EXPECT_TRUE(run.results.front().new_map);
+  EXPECT_EQ(run.results.front().state, TrackState::kDiverged);
+  for (std::size_t k = 0; k < run.results.size(); ++k) {
+    EXPECT_LT(run.errors_m[k], 3.0 * sigma_m(run.results[k])) << k;
+    EXPECT_GT(sigma_m(run.results[k]), 1.0) << k;
+  }
+}
+
+TEST(RobustGap, half_a_second_without_data_is_no_interruption) {
+  const After run = drive({}, {6.0, 6.5}, 8.0);
+  EXPECT_EQ(text_of(run), "");
+  EXPECT_LT(run.errors_m.back(), 0.04);
+}
+
+}  // namespace
+}  // namespace rali::odometry
