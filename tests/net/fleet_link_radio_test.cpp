@@ -235,7 +235,7 @@ TEST_F(FleetOverRadio, vehicles_find_each_other_within_a_second) {
   std::printf("[ figures  ] all of three see each other after %.2f s\n", took_s);
 }
 
-TEST_F(FleetOverRadio, vehicles_find_each_other_within_three_seconds_at_a_fifth_lost) {
+TEST_F(FleetOverRadio, vehicles_find_each_other_within_3_s_at_20_percent_loss) {
   radio_->set_all({0.2, 0.005});
   const double start_s = now_s();
   start({});
@@ -245,7 +245,7 @@ TEST_F(FleetOverRadio, vehicles_find_each_other_within_three_seconds_at_a_fifth_
   std::printf("[ figures  ] all of three see each other after %.2f s\n", took_s);
 }
 
-TEST_F(FleetOverRadio, large_facts_all_arrive_at_a_fifth_lost) {
+TEST_F(FleetOverRadio, all_200_kb_messages_arrive_at_20_percent_loss) {
   const int n = 10 * soak_factor();
   radio_->set_all({0.2, 0.005, 0.0, 20e6 / 8.0});
   Pace pace(0.5, n);
@@ -263,7 +263,7 @@ TEST_F(FleetOverRadio, large_facts_all_arrive_at_a_fifth_lost) {
               ms[ms.size() / 2], ms.back());
 }
 
-TEST_F(FleetOverRadio, one_vehicle_that_is_cut_off_holds_up_nobody) {
+TEST_F(FleetOverRadio, a_disconnected_vehicle_does_not_delay_messages_to_others) {
   const int n = 120 * soak_factor();
   radio_->set_all({0.02, 0.005, 0.0, 20e6 / 8.0});
   Pace to_v1(0.05, n), to_v2(0.05, n);
@@ -288,7 +288,7 @@ TEST_F(FleetOverRadio, one_vehicle_that_is_cut_off_holds_up_nobody) {
               longest_gap_s(notes(1, 0)), pause.longest_s());
 }
 
-TEST_F(FleetOverRadio, after_a_cut_beyond_the_lease_they_find_each_other_again) {
+TEST_F(FleetOverRadio, vehicles_reconnect_after_an_interruption_longer_than_the_lease) {
   radio_->set_all({0.02, 0.005});
   Pace pace(0.1, 100'000);
   start({[&](FleetLink& link, double since_s) {
@@ -313,7 +313,7 @@ TEST_F(FleetOverRadio, after_a_cut_beyond_the_lease_they_find_each_other_again) 
   EXPECT_LT(now_s() - healed_s, 5.0);
 }
 
-TEST_F(FleetOverRadio, a_heartbeat_passes_beside_bulk_on_a_full_line) {
+TEST_F(FleetOverRadio, 95_percent_of_heartbeats_arrive_within_500_ms_on_a_saturated_link) {
   radio_->set_all({0.05, 0.005, 0.0, 5e6 / 8.0});
   Pace bulk(0.001, 1'000'000), beat(0.1, 1'000'000);
   start({[&](FleetLink& link, double since_s) {
@@ -335,7 +335,7 @@ TEST_F(FleetOverRadio, a_heartbeat_passes_beside_bulk_on_a_full_line) {
               0.02 * static_cast<double>(bulk_notes.size()) / (6.0 * soak_factor()));
 }
 
-TEST_F(FleetOverRadio, what_is_for_one_vehicle_does_not_go_to_the_others) {
+TEST_F(FleetOverRadio, messages_to_one_vehicle_are_not_sent_to_the_others) {
   radio_->set_all({});
   Pace pace(0.01, 100);
   start({[&](FleetLink& link, double since_s) {

@@ -223,7 +223,7 @@ std::vector<fleet::FactPtr> undisturbed() {
   return all;
 }
 
-TEST(FleetLoss, every_vehicle_makes_the_same_map_whatever_the_radio_did) {
+TEST(FleetLoss, every_vehicle_computes_the_same_map_despite_radio_faults) {
   const std::vector<fleet::FactPtr> facts = undisturbed();
   const std::string expected = estimate_of(facts);
   ASSERT_NE(expected.find("group 0 1 2\n"), std::string::npos) << expected.substr(0, 500);
@@ -244,7 +244,7 @@ TEST(FleetLoss, every_vehicle_makes_the_same_map_whatever_the_radio_did) {
   }
 }
 
-TEST(FleetLoss, the_order_of_facts_means_nothing) {
+TEST(FleetLoss, the_estimate_does_not_depend_on_the_order_of_facts) {
   std::vector<fleet::FactPtr> facts = undisturbed();
   const std::string expected = estimate_of(facts);
   std::reverse(facts.begin(), facts.end());
@@ -254,7 +254,7 @@ TEST(FleetLoss, the_order_of_facts_means_nothing) {
   EXPECT_EQ(estimate_of(facts), expected);
 }
 
-TEST(FleetLoss, half_of_the_facts_make_a_map_of_half_of_the_keyframes) {
+TEST(FleetLoss, half_of_the_facts_give_a_map_of_half_the_keyframes) {
   const std::vector<fleet::FactPtr> facts = undisturbed();
   std::vector<fleet::FactPtr> half;
   for (const fleet::FactPtr& fact : facts) {

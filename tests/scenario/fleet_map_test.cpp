@@ -62,7 +62,7 @@ std::string without_priors(const std::string& yaml) {
   return out;
 }
 
-TEST(FleetMap, of_a_corridor_is_one_map_with_starts_and_never_a_wrong_one_without) {
+TEST(FleetMap, of_a_corridor_is_joined_with_start_poses_and_never_wrongly_without) {
   const io::TestFolder folder;
   const std::string recording = folder.path("recording");
   const cli::Outcome made = cli::run_rali({"simulate", "corridor", "-o", recording, "--seed", "401",

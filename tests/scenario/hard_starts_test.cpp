@@ -83,7 +83,7 @@ Outcome drive(const Start& start, double duration_s) {
   return out;
 }
 
-TEST(HardStarts, a_vehicle_that_stands_does_not_slide_along_a_blind_corridor) {
+TEST(HardStarts, a_standing_vehicle_does_not_drift_along_a_degenerate_corridor) {
   // Sixteen rings, a map one scan old, people walking by: no other structure along the axis.
   for (const std::uint64_t seed : {4, 5, 26}) {
     const Outcome out = drive({sim::Scene::kLoop, seed}, 6.0);
@@ -93,7 +93,7 @@ TEST(HardStarts, a_vehicle_that_stands_does_not_slide_along_a_blind_corridor) {
   }
 }
 
-TEST(HardStarts, a_start_in_motion_in_a_blind_corridor_does_not_run_away) {
+TEST(HardStarts, a_start_in_motion_in_a_degenerate_corridor_does_not_diverge) {
   // The speed is unobservable by the LiDAR here and is reported so. Weak coupling with pitch must
   // not drag the estimate along.
   for (const std::uint64_t seed : {31, 52}) {
@@ -103,7 +103,7 @@ TEST(HardStarts, a_start_in_motion_in_a_blind_corridor_does_not_run_away) {
   }
 }
 
-TEST(HardStarts, a_start_in_motion_is_held_by_walls_that_few_points_see) {
+TEST(HardStarts, walls_with_few_points_constrain_a_start_in_motion) {
   // A tenth of a scan faces the weakest direction. That was refused, because the map of a start in
   // motion counted as young, and the vehicle drifted by metres on an uncalibrated inertial sensor.
   // In the last start gravity is wrong at first. Walls on all sides contradict it and were refused
@@ -120,7 +120,7 @@ TEST(HardStarts, a_start_in_motion_is_held_by_walls_that_few_points_see) {
   }
 }
 
-TEST(HardStarts, rings_on_the_floor_that_drive_along_do_not_hide_the_first_speed) {
+TEST(HardStarts, floor_rings_moving_with_the_vehicle_do_not_bias_the_initial_velocity) {
   // Registration of the first scans alone gives a vehicle at standstill. Odometry recovers the
   // resulting error by 3 cm per scan, so the error is checked later.
   const std::vector<Start> starts = {{sim::Scene::kLoop, 4, 0.0, 0},
@@ -133,7 +133,7 @@ TEST(HardStarts, rings_on_the_floor_that_drive_along_do_not_hide_the_first_speed
   }
 }
 
-TEST(HardStarts, people_and_an_open_yard_do_not_hide_the_first_speed) {
+TEST(HardStarts, people_and_an_open_yard_do_not_bias_the_initial_velocity) {
   // Few surfaces face the motion, and the ground does not constrain it. At a wrong first speed more
   // points match the ground, since its rings fill ever new cells. With ground points counted,
   // errors reached 30 m after 12 s with sigmas of centimetres.
@@ -150,7 +150,7 @@ TEST(HardStarts, people_and_an_open_yard_do_not_hide_the_first_speed) {
   }
 }
 
-TEST(HardStarts, a_blind_tunnel_is_driven_by_inertial_data_that_standing_has_taught) {
+TEST(HardStarts, imu_calibration_at_standstill_keeps_tunnel_drift_within_3_sigma) {
   // The first poses of a young map vary by milliradians. Gravity from the last of them applied to
   // the first one gave an error of 30 m within a minute with a sigma of 4 m.
   std::vector<double> errors_m;

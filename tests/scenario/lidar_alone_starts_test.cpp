@@ -104,7 +104,7 @@ Outcome run(const std::vector<Recorded>& scans, double start_s, double duration_
   return out;
 }
 
-TEST(LidarAloneStarts, a_start_anywhere_is_right_or_said_to_be_lost) {
+TEST(LidarAloneStarts, a_start_at_any_time_is_correct_or_reported_as_lost) {
   const std::filesystem::path folder = std::filesystem::path(RALI_DATA_DIR) / "hku_keyframes";
   if (!std::filesystem::exists(folder / "poses.tum")) {
     GTEST_SKIP() << "NOT CHECKED: no recorded keyframes at " << folder;

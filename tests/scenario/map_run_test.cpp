@@ -145,7 +145,7 @@ TEST(MapScenario, gets_the_same_trajectory_from_every_container) {
   EXPECT_EQ(io::parse_tum(first, "first")->poses.size(), 3U);
 }
 
-TEST(MapScenario, refuses_raw_packets_with_what_they_are) {
+TEST(MapScenario, refuses_raw_packets_and_names_the_sensor) {
   RALI_NEEDS_DATA("recordings/velodyne_vlp16");
   const std::string root = io::real_data("recordings/velodyne_vlp16");
   const io::TestFolder folder;

@@ -75,7 +75,7 @@ TEST(PublicVehicle, gives_the_first_scan_as_a_keyframe_with_its_points) {
   EXPECT_EQ(keyframes[0].z_m.size(), keyframes[0].x_m.size());
 }
 
-TEST(PublicVehicle, leaves_out_points_that_are_no_points) {
+TEST(PublicVehicle, drops_and_counts_points_with_nan_range_or_time_errors) {
   odometry::TestRoom room = small_room();
   Scan scan = public_scan(*room.scan(0.0));
   const std::size_t usable = inner_scan(scan, {0.4, 100.0})->size();
@@ -92,7 +92,7 @@ TEST(PublicVehicle, leaves_out_points_that_are_no_points) {
   EXPECT_EQ(inner->ring.size(), inner->size());
 }
 
-TEST(PublicVehicle, refuses_arrays_of_different_length_with_a_sentence) {
+TEST(PublicVehicle, refuses_arrays_of_different_length_with_a_reason) {
   odometry::TestRoom room = small_room();
   Vehicle vehicle(options_of(room));
   Scan scan = public_scan(*room.scan(0.0));
@@ -106,7 +106,7 @@ TEST(PublicVehicle, refuses_arrays_of_different_length_with_a_sentence) {
   }
 }
 
-TEST(PublicVehicle, judges_ranges_to_its_peers_and_refuses_those_of_strangers) {
+TEST(PublicVehicle, evaluates_ranges_to_peers_and_refuses_ranges_to_unknown_vehicles) {
   odometry::TestRoom room = small_room();
   Vehicle vehicle(options_of(room));
   (void)vehicle.step(public_scan(*room.scan(0.0)));
@@ -121,7 +121,7 @@ TEST(PublicVehicle, judges_ranges_to_its_peers_and_refuses_those_of_strangers) {
   EXPECT_THROW((void)vehicle.step(range), InputError);
 }
 
-TEST(PublicVehicle, refuses_two_peers_of_one_name) {
+TEST(PublicVehicle, refuses_duplicate_vehicle_names) {
   VehicleOptions options;
   options.peers = {{"v2", {Vec3::Zero()}}, {"v2", {Vec3::Zero()}}};
   EXPECT_THROW(Vehicle{options}, SettingsError);

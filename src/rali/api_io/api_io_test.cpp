@@ -45,7 +45,7 @@ class MappedHall : public testing::Test {
 io::TestFolder* MappedHall::folder_ = nullptr;
 MapSummary MappedHall::summary_;
 
-TEST_F(MappedHall, summary_states_what_the_files_hold) {
+TEST_F(MappedHall, summary_agrees_with_the_written_files) {
   EXPECT_EQ(summary_.status, MapStatus::kComplete);
   ASSERT_EQ(summary_.vehicles.size(), 1U);
   EXPECT_EQ(summary_.vehicles[0].name, "v1");
@@ -92,7 +92,7 @@ TEST_F(MappedHall, a_trajectory_compared_with_itself_has_no_error) {
   EXPECT_THROW((void)evaluate(folder_->path("out/trajectory/v1.tum"), {}), SettingsError);
 }
 
-TEST_F(MappedHall, what_a_callback_throws_leaves_a_finished_run) {
+TEST_F(MappedHall, an_exception_in_a_callback_propagates_and_marks_the_run_interrupted) {
   MapCallbacks callbacks;
   callbacks.progress = [](const MapProgress& p) -> bool {
     if (p.stage == "odometry") throw std::out_of_range("enough");
@@ -113,7 +113,7 @@ TEST_F(MappedHall, a_folder_with_results_is_refused_as_by_the_command_line) {
   EXPECT_THROW((void)map_recordings(config(), options("out")), SettingsError);
 }
 
-TEST(Config, an_unknown_key_names_itself_and_a_known_one) {
+TEST(Config, an_unknown_key_is_named_in_the_error) {
   try {
     (void)load_inputs({"a.bag"}, {"", {{"output.map_voxel", "0.1"}}});
     FAIL() << "the key was taken";

@@ -68,7 +68,7 @@ Result<Evaluation> evaluated(const TestFolder& f, EvaluationOptions options = {}
   return evaluate_tracks(*run, options);
 }
 
-TEST(Evaluation, one_alignment_for_the_fleet_shows_the_shift_that_single_ones_hide) {
+TEST(Evaluation, joint_alignment_shows_the_relative_shift_that_per_vehicle_alignment_hides) {
   const TestFolder f;
   write_fleet(f);
   const auto e = evaluated(f);
@@ -88,7 +88,7 @@ TEST(Evaluation, one_alignment_for_the_fleet_shows_the_shift_that_single_ones_hi
   EXPECT_NE(alone->how().find("one per vehicle"), std::string::npos);
 }
 
-TEST(Evaluation, a_folder_of_live_poses_alone_is_judged_as_one_fleet) {
+TEST(Evaluation, a_folder_with_only_live_poses_is_evaluated_as_one_fleet) {
   const TestFolder f;
   write_fleet(f);
   std::filesystem::rename(f.path("out/trajectory"), f.path("out/live"));
@@ -100,7 +100,7 @@ TEST(Evaluation, a_folder_of_live_poses_alone_is_judged_as_one_fleet) {
   EXPECT_FALSE(e->vehicles[0].live) << "they are not judged twice";
 }
 
-TEST(Evaluation, vehicles_that_were_not_joined_are_aligned_frame_by_frame) {
+TEST(Evaluation, vehicles_in_separate_frames_are_aligned_per_frame) {
   const TestFolder f;
   write_fleet(f);
   f.write("out/metrics.json", R"({"fleet": {"groups": [["v1"], ["v2"]]}})");
@@ -112,7 +112,7 @@ TEST(Evaluation, vehicles_that_were_not_joined_are_aligned_frame_by_frame) {
   EXPECT_NE(e->how().find("one for each of 2 frames"), std::string::npos);
 }
 
-TEST(Evaluation, says_how_many_poses_and_how_much_of_the_time_it_judged) {
+TEST(Evaluation, reports_the_number_of_poses_and_the_evaluated_fraction_of_time) {
   const TestFolder f;
   make_folders(f);
   f.write("truth/v1.tum", tum(100, 0.01, 2001, [](double t) { return on_curve(t); }));
@@ -124,7 +124,7 @@ TEST(Evaluation, says_how_many_poses_and_how_much_of_the_time_it_judged) {
   EXPECT_EQ(e->how(), "alignment se3; truth interpolated, gaps above 0.2 s left out");
 }
 
-TEST(Evaluation, blind_errors_and_nees_come_from_the_tables_of_the_run) {
+TEST(Evaluation, degenerate_errors_and_nees_use_the_tables_of_the_run) {
   const TestFolder f;
   make_folders(f);
   f.write("truth/v1.tum", tum(100, 0.01, 1001, [](double t) { return on_curve(t); }));
@@ -174,7 +174,7 @@ std::optional<double> drift_in_height(const TestFolder& f, const EvaluationOptio
   return e ? e->vehicles[0].trajectory.drift->z_m : std::nullopt;
 }
 
-TEST(Evaluation, height_is_compared_only_if_gravity_has_levelled_the_estimate) {
+TEST(Evaluation, height_drift_is_evaluated_only_if_the_estimate_is_gravity_aligned) {
   const TestFolder f;
   make_folders(f);
   f.write("truth/v1.tum", tum(100, 0.01, 1001, [](double t) { return on_curve(t); }));
@@ -193,7 +193,7 @@ TEST(Evaluation, height_is_compared_only_if_gravity_has_levelled_the_estimate) {
   EXPECT_TRUE(json["vehicles"]["v1"]["trajectory"]["drift_z_m"].is_null());
 }
 
-TEST(Evaluation, height_of_a_foreign_trajectory_is_compared_if_its_user_says_that_it_is_level) {
+TEST(Evaluation, height_without_a_header_is_evaluated_with_yaw_or_no_alignment) {
   const TestFolder f;
   make_folders(f);
   f.write("truth/v1.tum", tum(100, 0.01, 1001, [](double t) { return on_curve(t); }));
@@ -208,7 +208,7 @@ TEST(Evaluation, height_of_a_foreign_trajectory_is_compared_if_its_user_says_tha
   EXPECT_FALSE(drift_in_height(f, options)) << "the file says that it is not";
 }
 
-TEST(Evaluation, truth_of_a_prism_is_carried_to_the_body) {
+TEST(Evaluation, ground_truth_of_a_prism_is_transformed_to_the_body_frame) {
   const TestFolder f;
   make_folders(f);
   const auto T_body_prism = parse_pose("0.2,-0.1,1.5,0,0,90");
@@ -226,7 +226,7 @@ TEST(Evaluation, truth_of_a_prism_is_carried_to_the_body) {
   EXPECT_NEAR(e->fleet.rotation_rad.max, 0.0, 1e-5);
 }
 
-TEST(Evaluation, a_straight_way_is_aligned_by_yaw_and_says_so) {
+TEST(Evaluation, a_straight_path_is_aligned_by_yaw_with_a_warning) {
   const TestFolder f;
   make_folders(f);
   f.write("truth/v1.tum", tum(0, 0.01, 1001, [](double t) { return at(t, 0, 0); }));
@@ -240,7 +240,7 @@ TEST(Evaluation, a_straight_way_is_aligned_by_yaw_and_says_so) {
   EXPECT_NE(e->warnings[0].find("the path is straight"), std::string::npos);
 }
 
-TEST(Evaluation, one_pose_and_a_vehicle_at_rest_are_judged) {
+TEST(Evaluation, a_single_pose_of_a_standing_vehicle_is_evaluated) {
   const TestFolder f;
   make_folders(f);
   f.write("truth/v1.tum", tum(0, 0.01, 101, [](double) { return at(1, 2, 3); }));
@@ -253,7 +253,7 @@ TEST(Evaluation, one_pose_and_a_vehicle_at_rest_are_judged) {
   EXPECT_FALSE(evaluation_table(*e).empty());
 }
 
-TEST(Evaluation, unfit_input_is_refused_with_its_file) {
+TEST(Evaluation, invalid_input_is_refused_with_its_file_name) {
   const TestFolder f;
   EXPECT_FALSE(read_run(f.path("nothing")));
   std::filesystem::create_directories(f.path("out"));
@@ -280,7 +280,7 @@ TEST(Evaluation, unfit_input_is_refused_with_its_file) {
   EXPECT_NE(evaluated(f).error().message().find("v1.tum, v2.tum"), std::string::npos);
 }
 
-TEST(Evaluation, cloud_is_laid_onto_the_mesh_by_the_trajectory) {
+TEST(Evaluation, cloud_is_aligned_to_the_mesh_by_the_trajectory_and_icp) {
   const TestFolder f;
   const std::vector<geometry::Vec3f> v{{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0}};
   const std::vector<std::array<std::uint32_t, 3>> t{{0, 1, 2}, {0, 2, 3}};
@@ -303,7 +303,7 @@ TEST(Evaluation, cloud_is_laid_onto_the_mesh_by_the_trajectory) {
   EXPECT_FALSE(read_points(f.write("empty.ply", "")));
 }
 
-TEST(Outputs, json_holds_the_figures_and_is_the_same_each_time) {
+TEST(Outputs, json_contains_the_metrics_and_is_deterministic) {
   const TestFolder f;
   write_fleet(f);
   const auto e = evaluated(f);
@@ -322,7 +322,7 @@ TEST(Outputs, json_holds_the_figures_and_is_the_same_each_time) {
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 101);
 }
 
-TEST(Outputs, are_entered_in_the_status_of_the_run_and_nothing_else_changes_there) {
+TEST(Outputs, are_added_to_status_json_without_other_changes) {
   const TestFolder f;
   write_fleet(f);
   f.write("out/status.json",
@@ -339,7 +339,7 @@ TEST(Outputs, are_entered_in_the_status_of_the_run_and_nothing_else_changes_ther
   EXPECT_EQ(f.read("out/status.json"), "not json");
 }
 
-TEST(Outputs, table_of_ten_vehicles_keeps_to_eighty_columns) {
+TEST(Outputs, table_of_ten_vehicles_fits_eighty_columns) {
   Evaluation e;
   e.options.distances_m = {1, 10, 50};
   for (int i = 0; i < 10; ++i) {

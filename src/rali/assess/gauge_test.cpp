@@ -81,7 +81,7 @@ Result<Evaluation> evaluated(const TestFolder& f, const EvaluationOptions& optio
   return evaluate_tracks(*run, options);
 }
 
-TEST(GaugeOfRun, who_stands_where_the_map_began_has_no_nees_and_others_are_relative_to_it) {
+TEST(GaugeOfRun, the_reference_vehicle_has_no_nees_and_others_are_relative_to_it) {
   const TestFolder f;
   write_fleet(f);
   const auto e = evaluated(f);
@@ -101,7 +101,7 @@ TEST(GaugeOfRun, who_stands_where_the_map_began_has_no_nees_and_others_are_relat
   EXPECT_TRUE(json["vehicles"]["v1"]["trajectory"]["nees_pose"].is_null());
 }
 
-TEST(GaugeOfRun, an_alignment_for_each_vehicle_does_not_change_what_covariances_are_relative_to) {
+TEST(GaugeOfRun, per_vehicle_alignment_does_not_change_the_reference_of_nees) {
   const TestFolder f;
   write_fleet(f);
   EvaluationOptions each;
@@ -124,7 +124,7 @@ TEST(GaugeOfRun, the_first_vehicle_of_a_group_is_the_reference) {
   EXPECT_GT(e->vehicles[1].trajectory.nees3->mean, 1e6) << "0.2 m off, 0.01 mm stated";
 }
 
-TEST(GaugeOfRun, without_a_truth_of_the_reference_who_states_least_stands_in) {
+TEST(GaugeOfRun, without_reference_ground_truth_the_pose_of_smallest_covariance_is_used) {
   const TestFolder f;
   write_fleet(f);
   std::filesystem::remove(f.path("truth/v1.tum"));
@@ -134,7 +134,7 @@ TEST(GaugeOfRun, without_a_truth_of_the_reference_who_states_least_stands_in) {
   EXPECT_EQ(e->vehicles[0].trajectory.reference_poses, 1U);
 }
 
-TEST(GaugeOfRun, live_poses_are_judged_in_the_live_map) {
+TEST(GaugeOfRun, live_poses_are_evaluated_in_the_live_map_frame) {
   const TestFolder f;
   write_fleet(f);
   // The live map has another origin; v2 joins after 5 s, 0.3 m off, and states 0.1 m.

@@ -33,7 +33,7 @@ std::size_t broken(const std::string& text) {
   return limit ? broken_limits({*limit}, two_vehicles()).size() : 99;
 }
 
-TEST(Limits, are_broken_above_and_kept_at_the_figure) {
+TEST(Limits, are_violated_by_larger_values_and_met_by_equal_ones) {
   EXPECT_EQ(broken("ape_rmse_m=0.3"), 0U);
   EXPECT_EQ(broken("ape_rmse_m=0.29"), 1U);
   EXPECT_EQ(broken("v1:ape_rmse_m=0.2"), 0U);
@@ -44,7 +44,7 @@ TEST(Limits, are_broken_above_and_kept_at_the_figure) {
   EXPECT_EQ(broken("drift_z_m=0.39"), 1U);
 }
 
-TEST(Limits, never_blind_is_kept_and_what_was_not_measured_is_broken) {
+TEST(Limits, without_degeneracy_are_met_and_on_unmeasured_values_are_violated) {
   EXPECT_EQ(broken("along_degenerate_rmse_m=0"), 0U);
   EXPECT_EQ(broken("nees_mean=100"), 1U);
   EXPECT_EQ(broken("c2m_mean_m=100"), 1U);
@@ -52,19 +52,19 @@ TEST(Limits, never_blind_is_kept_and_what_was_not_measured_is_broken) {
   EXPECT_EQ(broken("v9:ape_rmse_m=100"), 1U);
 }
 
-TEST(Limits, of_the_old_name_check_the_figure_of_the_new_one) {
+TEST(Limits, with_an_old_name_check_the_metric_of_the_new_name) {
   const auto limit = parse_limit("v1:along_blind_rmse_m=0.5");
   ASSERT_TRUE(limit);
   EXPECT_EQ(limit->name, "along_degenerate_rmse_m");
 }
 
-TEST(Limits, name_the_figure_and_what_it_is) {
+TEST(Limits, violated_are_reported_with_the_measured_value) {
   const auto limit = parse_limit("v2:ape_rmse_m=0.2");
   ASSERT_TRUE(limit);
   EXPECT_EQ(broken_limits({*limit}, two_vehicles())[0], "limit v2:ape_rmse_m=0.2: it is 0.4");
 }
 
-TEST(Limits, wrong_words_are_refused) {
+TEST(Limits, with_invalid_syntax_are_refused) {
   for (const char* text :
        {"ape=1", "ape_rmse_m", "ape_rmse_m=", "ape_rmse_m=-1", "ape_rmse_m=nan", "ape_rmse_m=1x",
         "rpe_m_rmse_m=1", "rpe_-1m_rmse_m=1", "", "=", ":", "v1:c2m_mean_m=1"}) {
@@ -74,7 +74,7 @@ TEST(Limits, wrong_words_are_refused) {
   }
 }
 
-TEST(Words, distances_association_and_pose) {
+TEST(Words, of_options_for_distances_association_and_pose_are_parsed) {
   EXPECT_EQ(parse_distances("1,10, 10,50").value(), (std::vector<double>{1, 10, 50}));
   for (const char* text : {"", "0", "1,", "-1", "nan", "1,,2", "a"}) {
     EXPECT_FALSE(parse_distances(text)) << text;
@@ -100,7 +100,7 @@ std::string cause(const eval::PoseList& est, const eval::PoseList& truth,
   return e.message();
 }
 
-TEST(NoCommonTime, says_both_spans_and_the_likely_cause) {
+TEST(NoCommonTime, reports_both_time_spans_and_the_likely_cause) {
   const std::string text = cause(span(1.7e9, 1.7e9 + 60), span(0, 60e3));
   EXPECT_NE(text.find("1700000000.000 .. 1700000060.000 s against 0.000 .. 60000.000 s"),
             std::string::npos);

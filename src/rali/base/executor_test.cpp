@@ -19,14 +19,14 @@ std::vector<Block> blocks_of(std::size_t n, std::size_t block) {
   return out;
 }
 
-TEST(SerialExecutor, cuts_the_loop_into_blocks_in_order_and_shortens_the_last) {
+TEST(SerialExecutor, splits_the_loop_into_ordered_blocks_with_a_shorter_last_one) {
   EXPECT_EQ(blocks_of(10, 4), (std::vector<Block>{{0, 0, 4}, {1, 4, 8}, {2, 8, 10}}));
   EXPECT_EQ(blocks_of(8, 4), (std::vector<Block>{{0, 0, 4}, {1, 4, 8}}));
 }
 
-TEST(SerialExecutor, does_nothing_for_nothing) { EXPECT_TRUE(blocks_of(0, 512).empty()); }
+TEST(SerialExecutor, runs_no_block_for_an_empty_loop) { EXPECT_TRUE(blocks_of(0, 512).empty()); }
 
-TEST(SerialExecutor, makes_one_block_of_what_is_shorter_than_a_block) {
+TEST(SerialExecutor, runs_one_block_if_the_loop_is_shorter_than_a_block) {
   EXPECT_EQ(blocks_of(3, 512), (std::vector<Block>{{0, 0, 3}}));
 }
 

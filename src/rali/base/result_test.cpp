@@ -8,12 +8,12 @@
 namespace rali {
 namespace {
 
-TEST(Error, reads_as_where_what_and_remedy) {
+TEST(Error, message_is_location_then_cause_then_remedy) {
   const Error e{ErrorCode::kInput, "the file is cut off", "a.bag:offset 12", "Run rali doctor."};
   EXPECT_EQ(e.message(), "a.bag:offset 12: the file is cut off. Run rali doctor.");
 }
 
-TEST(Error, leaves_out_what_it_does_not_have) {
+TEST(Error, message_omits_empty_parts) {
   EXPECT_EQ((Error{ErrorCode::kInput, "no topic", "", ""}).message(), "no topic.");
   EXPECT_EQ((Error{ErrorCode::kInput, "It ends.", "x", ""}).message(), "x: It ends.");
   EXPECT_EQ((Error{ErrorCode::kInput, "", "", ""}).message(), "");

@@ -25,7 +25,7 @@ TEST(Rng, gives_the_same_sequence_for_a_named_stream_on_every_machine) {
   for (const std::uint64_t g : golden) EXPECT_EQ(rng.next(), g);
 }
 
-TEST(Rng, streams_of_other_names_and_seeds_do_not_resemble_each_other) {
+TEST(Rng, streams_with_different_names_or_seeds_are_uncorrelated) {
   Rng a(7, "gyro");
   Rng b(7, "accel");
   Rng c(8, "gyro");
@@ -41,7 +41,7 @@ TEST(Rng, streams_of_other_names_and_seeds_do_not_resemble_each_other) {
   EXPECT_LT(std::abs(ac / kN), 4.0 / std::sqrt(kN));
 }
 
-TEST(Rng, uniform_fills_its_interval_evenly_and_never_reaches_one) {
+TEST(Rng, uniform_is_uniformly_distributed_and_never_reaches_its_upper_bound) {
   Rng rng(1);
   std::array<int, 10> bins{};
   for (int k = 0; k < 20000; ++k) {
@@ -84,7 +84,7 @@ TEST(Rng, normal_has_the_moments_of_a_normal_variable) {
   EXPECT_NEAR(lag, 0.0, 4.0 * se);
 }
 
-TEST(Rng, below_is_even_and_stays_below) {
+TEST(Rng, below_n_is_uniformly_distributed_and_less_than_n) {
   Rng rng(3);
   std::array<int, 7> counts{};
   for (int k = 0; k < 14000; ++k) {
@@ -100,7 +100,7 @@ TEST(Rng, below_is_even_and_stays_below) {
   EXPECT_LT(rng.below((1ULL << 63) + 1), (1ULL << 63) + 1);
 }
 
-TEST(Rng, below_nothing_is_our_own_mistake) {
+TEST(Rng, below_zero_throws_an_internal_error) {
   Rng rng(4);
   EXPECT_THROW(static_cast<void>(rng.below(0)), InternalError);
 }

@@ -20,7 +20,7 @@ TEST(Duration, seconds_are_rounded_to_the_nearest_nanosecond) {
   EXPECT_EQ(Duration::from_s(-0.0).ns, 0);
 }
 
-TEST(Duration, what_no_integer_can_hold_is_clamped) {
+TEST(Duration, out_of_range_seconds_are_clamped) {
   EXPECT_EQ(Duration::from_s(1e300).ns, kMax);
   EXPECT_EQ(Duration::from_s(-1e300).ns, kMin);
   EXPECT_EQ(Duration::from_s(std::numeric_limits<double>::infinity()).ns, kMax);
@@ -29,7 +29,7 @@ TEST(Duration, what_no_integer_can_hold_is_clamped) {
   EXPECT_LT(Duration::from_s(9.1e9).ns, kMax);
 }
 
-TEST(Duration, not_a_number_is_zero) {
+TEST(Duration, from_nan_is_zero) {
   EXPECT_EQ(Duration::from_s(std::numeric_limits<double>::quiet_NaN()).ns, 0);
   EXPECT_EQ(Time::from_s(std::nan("")).ns, 0);
 }

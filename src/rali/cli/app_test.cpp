@@ -32,7 +32,7 @@ void expect_fits(const std::string& text, std::size_t lines_max, const std::stri
   EXPECT_LE(lines, lines_max) << what << '\n' << text;
 }
 
-TEST(App, without_a_command_it_tells_the_commands_and_ends_with_2) {
+TEST(App, without_a_command_prints_usage_and_exits_with_2) {
   const Outcome nothing = run_rali({});
   EXPECT_EQ(nothing.code, 2);
   EXPECT_EQ(nothing.out, "");
@@ -43,18 +43,18 @@ TEST(App, without_a_command_it_tells_the_commands_and_ends_with_2) {
   EXPECT_NE(help.out.find("map"), std::string::npos);
 }
 
-TEST(App, the_version_stands_on_stdout) {
+TEST(App, prints_the_version_on_stdout) {
   EXPECT_EQ(run_rali({"--version"}).out.substr(0, 5), "rali ");
   EXPECT_EQ(run_rali({"--version"}).code, 0);
 }
 
-TEST(App, an_unknown_command_names_the_nearest) {
+TEST(App, an_unknown_command_is_refused_with_the_most_similar_one) {
   const Outcome typo = run_rali({"mapp", "a.bag"});
   EXPECT_EQ(typo.code, 2);
   EXPECT_EQ(typo.err, "rali: error: unknown command 'mapp'. Did you mean 'map'?\n");
 }
 
-TEST(App, an_unknown_option_names_the_nearest) {
+TEST(App, an_unknown_option_is_refused_with_the_most_similar_one) {
   const Outcome typo = run_rali({"map", "a.bag", "--oevrwrite"});
   EXPECT_EQ(typo.code, 2);
   EXPECT_EQ(typo.err,
@@ -123,17 +123,17 @@ TEST(App, settings_of_the_command_line_are_checked_before_anything_is_read) {
             std::string::npos);
 }
 
-TEST(App, a_recording_that_is_not_there_is_named) {
+TEST(App, a_missing_recording_is_named_in_the_error) {
   EXPECT_EQ(run_rali({"map", "/nowhere/a.bag"}).err,
             "rali: error: /nowhere/a.bag: there is no such file or folder.\n");
   EXPECT_EQ(run_rali({"map", "/nowhere/a.bag"}).code, 2);
 }
 
-TEST(App, control_bytes_of_an_argument_do_not_reach_the_terminal) {
+TEST(App, control_characters_of_an_argument_do_not_reach_the_terminal) {
   EXPECT_EQ(run_rali({"\033[31mred"}).err.find('\033'), std::string::npos);
 }
 
-TEST(App, the_log_gets_what_stderr_gets) {
+TEST(App, the_log_file_has_the_same_text_as_stderr) {
   const std::string path =
       (std::filesystem::temp_directory_path() / "rali_cli_log_test.txt").string();
   const Outcome logged = run_rali({"map", "/nowhere/fleet.yaml", "--log", path});
@@ -144,7 +144,7 @@ TEST(App, the_log_gets_what_stderr_gets) {
   EXPECT_EQ(run_rali({"map", "a.bag", "--log", "/nowhere/log"}).code, 4);
 }
 
-TEST(App, a_broken_assertion_ends_with_5_and_its_place) {
+TEST(App, a_failed_assertion_exits_with_5_and_prints_file_and_line) {
   testing::internal::CaptureStderr();
   Session session;
   EXPECT_EQ(run_guarded(
@@ -170,7 +170,7 @@ TEST(HelpSettings, prints_the_public_settings_and_with_all_the_unstable_ones_too
   EXPECT_NE(all.out.find(unstable), std::string::npos);
 }
 
-TEST(ExitCodes, an_internal_fault_asks_for_the_run_log_that_is_there) {
+TEST(ExitCodes, an_internal_error_asks_the_user_to_report_the_run_log) {
   const io::TestFolder folder;
   Session session;
   session.run_log = folder.write("run.log", "x");
@@ -180,7 +180,7 @@ TEST(ExitCodes, an_internal_fault_asks_for_the_run_log_that_is_there) {
             "rali: error: internal fault: why. Please report it with " + session.run_log + ".\n");
 }
 
-TEST(ExitCodes, a_fault_behind_a_written_run_is_in_its_log_and_its_status) {
+TEST(ExitCodes, an_error_after_a_written_run_is_in_log_and_status) {
   const io::TestFolder folder;
   folder.write("run.log", "    0.100 complete\n");
   folder.write("status.json", "{\"status\": \"complete\"}");
@@ -207,7 +207,7 @@ TEST(ExitCodes, a_fault_behind_a_written_run_is_in_its_log_and_its_status) {
   }
 }
 
-TEST(ExitCodes, a_fault_before_a_run_has_written_leaves_an_older_one_as_it_was) {
+TEST(ExitCodes, an_error_before_writing_leaves_an_older_run_unchanged) {
   const io::TestFolder folder;
   Session session;
   session.run_log = folder.write("run.log", "x");
@@ -219,7 +219,7 @@ TEST(ExitCodes, a_fault_before_a_run_has_written_leaves_an_older_one_as_it_was) 
   EXPECT_EQ(folder.read("status.json"), "{\"status\": \"complete\"}");
 }
 
-TEST(Signals, the_first_asks_to_stop_and_the_second_ends_at_once) {
+TEST(Signals, the_first_requests_a_stop_and_the_second_exits_at_once) {
   for (const int number : {SIGINT, SIGTERM}) {
     EXPECT_EXIT(
         {
@@ -245,7 +245,7 @@ TEST(Help, of_each_command_fits_40_lines_of_80_columns_with_two_examples) {
   }
 }
 
-TEST(Help, tells_every_option_and_help_all_the_rare_ones) {
+TEST(Help, omits_rare_options_that_help_all_lists) {
   for (const auto& command : all_commands()) {
     const std::string brief = command_help(*command, false), all = command_help(*command, true);
     for (const Option& option : command->options()) {
@@ -257,13 +257,13 @@ TEST(Help, tells_every_option_and_help_all_the_rare_ones) {
   }
 }
 
-TEST(Help, of_radio_names_what_the_signal_strengths_are_for) {
+TEST(Help, of_the_radio_option_explains_the_use_of_signal_strengths) {
   const Outcome help = run_rali({"map", "--help-all"});
   EXPECT_NE(help.out.find("CSV of signal strengths: why rounds end"), std::string::npos);
   EXPECT_EQ(help.out.find("not used"), std::string::npos) << help.out;
 }
 
-TEST(Completion, of_each_shell_knows_every_command_and_option) {
+TEST(Completion, of_each_shell_contains_every_command_and_option) {
   for (const std::string shell : {"bash", "zsh", "fish"}) {
     const Outcome script = run_rali({"completion", shell});
     EXPECT_EQ(script.code, 0);
@@ -295,7 +295,7 @@ TEST(Completion, of_bash_is_accepted_by_bash) {
 }
 
 /// Skipped without zsh: the other shells are tested everywhere.
-TEST(Completion, of_zsh_is_accepted_by_zsh_and_ends_with_what_it_completes) {
+TEST(Completion, of_zsh_is_accepted_by_zsh_and_completes_an_option) {
   if (std::system("command -v zsh > /dev/null") != 0) GTEST_SKIP() << "zsh is not installed";
   const io::TestFolder folder;
   const std::string script = folder.write("_rali", completion_script("zsh", all_commands()));
@@ -311,7 +311,7 @@ TEST(Completion, of_zsh_is_accepted_by_zsh_and_ends_with_what_it_completes) {
   EXPECT_EQ(std::system(("zsh -f " + check).c_str()), 0);
 }
 
-TEST(Help, of_the_program_the_manual_page_and_the_documents_have_the_same_exit_codes) {
+TEST(Help, manual_page_and_reference_list_the_same_exit_codes) {
   const std::string help = program_help(all_commands()), manual = cli_manual(all_commands());
   const std::string page = man_page(all_commands());
   for (const ExitCode& code : exit_codes()) {
@@ -325,7 +325,7 @@ TEST(Help, of_the_program_the_manual_page_and_the_documents_have_the_same_exit_c
   }
 }
 
-TEST(ManPage, has_every_command_and_option_and_no_line_that_troff_takes_for_a_macro) {
+TEST(ManPage, has_every_command_and_option_and_no_unintended_troff_macros) {
   const std::string page = man_page(all_commands());
   std::istringstream lines(page);
   for (std::string line; std::getline(lines, line);) {
@@ -349,7 +349,7 @@ TEST(ManPage, has_every_command_and_option_and_no_line_that_troff_takes_for_a_ma
   }
 }
 
-TEST(Options, of_no_command_are_named_twice) {
+TEST(Options, of_each_command_have_unique_names) {
   for (const auto& command : all_commands()) {
     CommonOptions common;
     const std::vector<Option> options = all_options(*command, common);
@@ -359,7 +359,7 @@ TEST(Options, of_no_command_are_named_twice) {
   }
 }
 
-TEST(Docs, of_the_commands_are_those_of_the_program) {
+TEST(Docs, of_the_commands_match_the_program) {
   std::ifstream file(std::string(RALI_SOURCE_DIR) + "/docs/reference/cli.md");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   EXPECT_TRUE(text == cli_manual(all_commands()))

@@ -45,7 +45,7 @@ std::string refused(const Setting& setting, const std::string& value) {
               : setting.key + '=' + value + " gave " + std::to_string(run.code) + ": " + run.err;
 }
 
-TEST(HostileSettings, no_number_is_taken_that_is_none_or_out_of_bounds) {
+TEST(HostileSettings, invalid_and_out_of_bounds_numbers_are_refused) {
   std::size_t numbers = 0;
   for (const Setting& setting : all_settings()) {
     if (!setting.is_number()) continue;
@@ -59,7 +59,7 @@ TEST(HostileSettings, no_number_is_taken_that_is_none_or_out_of_bounds) {
   EXPECT_GT(numbers, 100U) << "the table of help-settings is read wrongly";
 }
 
-TEST(HostileSettings, no_value_breaks_the_reader_of_any_key) {
+TEST(HostileSettings, malformed_yaml_values_of_any_key_are_refused) {
   for (const Setting& setting : all_settings()) {
     for (const char* value : {"[1,2", "\"x", "{a: b", "&a [*a]", "*b"}) {
       EXPECT_EQ(refused(setting, value), "");
@@ -67,7 +67,7 @@ TEST(HostileSettings, no_value_breaks_the_reader_of_any_key) {
   }
 }
 
-TEST(HostileSettings, keys_that_are_none_are_refused) {
+TEST(HostileSettings, invalid_keys_are_refused) {
   const std::string deep(100000, '.');
   for (const std::string& key :
        {std::string("nokey"), std::string(""), std::string(".."), std::string("vehicles..x"),
@@ -78,7 +78,7 @@ TEST(HostileSettings, keys_that_are_none_are_refused) {
   EXPECT_EQ(refused({"output.map_voxel_m", ""}, "0.1\nschema: 1"), "");
 }
 
-TEST(HostileSettings, lists_and_poses_are_checked_inside) {
+TEST(HostileSettings, invalid_elements_of_lists_and_poses_are_refused) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"vehicles.v1.lidar.range_m", "[100, 0.4]"},
       {"vehicles.v1.lidar.range_m", "[nan, 1]"},

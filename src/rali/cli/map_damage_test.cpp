@@ -143,7 +143,7 @@ std::vector<Damage> damages() {
   };
 }
 
-TEST(MapDamage, ends_with_the_exit_code_of_the_table) {
+TEST(MapDamage, of_each_kind_gives_its_documented_exit_code) {
   for (const Damage& damage : damages()) {
     const io::TestFolder folder;
     const Outcome outcome = map_it(damage.make(folder), folder.path("out"));
@@ -157,7 +157,7 @@ TEST(MapDamage, ends_with_the_exit_code_of_the_table) {
   }
 }
 
-TEST(MapDamage, without_a_pose_no_error_is_expected) {
+TEST(MapDamage, without_any_pose_reports_no_expected_position_error) {
   const io::TestFolder folder;
   HallRecording recording = short_recording();
   recording.nan_fraction = 1.0;
@@ -175,7 +175,7 @@ TEST(MapDamage, without_a_pose_no_error_is_expected) {
   EXPECT_NE(asked.err.find("v1 has no pose"), std::string::npos) << asked.err;
 }
 
-TEST(MapDamage, a_full_disk_ends_with_4_and_leaves_only_whole_files) {
+TEST(MapDamage, a_full_disk_exits_with_4_and_leaves_no_temporary_files) {
   const io::TestFolder folder;
   const std::string input = recorded(folder, short_recording());
   Outcome outcome;
@@ -203,7 +203,7 @@ TEST(MapDamage, a_report_that_cannot_be_written_leaves_a_failed_status) {
   EXPECT_NE(folder.read("out/run.log").find("error: "), std::string::npos);
 }
 
-TEST(MapDamage, an_out_below_a_file_ends_with_2_and_computes_nothing) {
+TEST(MapDamage, an_output_path_below_a_file_exits_with_2) {
   const io::TestFolder folder;
   folder.write("file", "mine");
   const Outcome outcome = map_it(recorded(folder, short_recording()), folder.path("file/out"));

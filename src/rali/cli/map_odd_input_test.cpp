@@ -117,7 +117,7 @@ std::vector<Odd> odd_recordings() {
   return all;
 }
 
-TEST(MapOddInput, has_a_sensible_end) {
+TEST(MapOddInput, gives_the_expected_exit_code_and_message) {
   for (const Odd& odd : odd_recordings()) {
     const io::TestFolder folder;
     const std::string input = odd.recording.write(folder);

@@ -73,7 +73,7 @@ class MapRanges : public testing::Test {
 
 io::TestFolder* MapRanges::sim_ = nullptr;
 
-TEST_F(MapRanges, every_range_has_one_row_with_its_reason_for_any_number_of_threads) {
+TEST_F(MapRanges, each_have_one_row_with_a_reason_for_any_thread_count) {
   // Late, unknown, impossible and repeated rows in no order, behind those of the simulator.
   const std::string given = ranges_text();
   const std::size_t first = given.find('\n') + 1;
@@ -111,7 +111,7 @@ TEST_F(MapRanges, every_range_has_one_row_with_its_reason_for_any_number_of_thre
   EXPECT_TRUE(metrics["ranges"]["pairs"].contains("v1-v2"));
 }
 
-TEST_F(MapRanges, that_are_only_reported_leave_the_poses_as_they_are) {
+TEST_F(MapRanges, that_are_not_used_do_not_change_the_poses) {
   ASSERT_EQ(map("with", {"--set", "ranging.use=false"}).code, 0);
   ASSERT_EQ(map("without", {"--set", "ranges.sources=[]"}).code, 0);
   EXPECT_EQ(rows_of(folder_.read("with/ranges.csv")), rows_of(ranges_text()));
@@ -124,7 +124,7 @@ TEST_F(MapRanges, that_are_only_reported_leave_the_poses_as_they_are) {
   }
 }
 
-TEST_F(MapRanges, that_are_missing_or_name_nobody_are_an_input_error) {
+TEST_F(MapRanges, that_are_missing_or_name_unknown_vehicles_are_an_input_error) {
   const std::string strangers =
       folder_.write("strangers.csv", "stamp_s,from,to,range_m\n1,a,b,3\n");
   for (const std::string& file : {folder_.path("none.csv"), strangers, sim_->path("sim/v1.mcap")}) {
@@ -155,7 +155,7 @@ std::string stamped_late(const std::string& csv, double late_s) {
   return out;
 }
 
-TEST(MapRangeLatency, by_the_motion_comes_from_the_filters_into_metrics_settings_and_report) {
+TEST(MapRangeLatency, estimated_by_the_filters_is_in_metrics_settings_and_report) {
   const io::TestFolder f;
   const Outcome done = run_rali({"simulate", "hall", "-o", f.path("sim"), "--vehicles", "2",
                                  "--duration", "24", "--progress", "off"});

@@ -42,7 +42,7 @@ drive::MapSummary summary_of(std::size_t vehicles) {
   return summary;
 }
 
-TEST(MapJob, carries_what_the_fleet_says) {
+TEST(MapJob, takes_its_options_from_the_fleet_file) {
   const config::FleetConfig fleet = fleet_of(
       "vehicles:\n  v1:\n    recording: a.bag\n    start_s: 3\n"
       "    lidar: {topic: /p, point_time: azimuth, header_stamp: end, range_m: [1, 50],\n"
@@ -71,7 +71,7 @@ TEST(MapJob, carries_what_the_fleet_says) {
   EXPECT_EQ((*v1.input.cloud.self_box_lidar_m)[3], 2.0);
 }
 
-TEST(MapJob, refuses_what_this_version_cannot_obey) {
+TEST(MapJob, refuses_a_self_box_without_extrinsics_and_a_missing_georeference_file) {
   const auto error_of = [](std::string_view text) {
     const auto job = jobs::make_map_job(fleet_of(text), jobs::MapOptions{});
     return job ? std::string() : job.error().message();
@@ -82,7 +82,7 @@ TEST(MapJob, refuses_what_this_version_cannot_obey) {
             std::string::npos);
 }
 
-TEST(MapJob, carries_returns_point_and_marks) {
+TEST(MapJob, takes_lidar_returns_output_point_and_georeference_marks) {
   const io::TestFolder folder;
   const std::string marks =
       folder.write("marks.csv",
@@ -99,7 +99,7 @@ TEST(MapJob, carries_returns_point_and_marks) {
   EXPECT_EQ(job->marks.size(), 3U);
 }
 
-TEST(MapJob, misses_side_files_before_anything_is_computed) {
+TEST(MapJob, refuses_missing_or_invalid_range_files_before_computing) {
   const io::TestFolder folder;
   const std::string good = folder.write("good.csv", "stamp_s,from,to,range_m\n1,v1,v2,3\n");
   const std::string bad = folder.write("bad.csv", "stamp_s,from\n1,v1\n");
@@ -134,7 +134,7 @@ TEST(MapJob, names_the_keys_that_have_no_effect) {
   EXPECT_TRUE(jobs::idle_keys(fleet_of("vehicles: {v1: {recording: a}}")).empty());
 }
 
-TEST(MapJob, its_settings_name_what_was_found_and_load_again) {
+TEST(MapJob, its_settings_contain_the_detected_values_and_load_again) {
   const auto job =
       jobs::make_map_job(fleet_of("vehicles: {v1: {recording: a.bag}}"), jobs::MapOptions{});
   ASSERT_TRUE(job);
@@ -152,7 +152,7 @@ TEST(MapJob, its_settings_name_what_was_found_and_load_again) {
   EXPECT_EQ(again.vehicles[0].lidar.T_body_lidar.T.p.z(), 0.2);
 }
 
-TEST(MapJob, its_settings_say_what_the_motion_has_told_of_the_latency_and_keep_it_auto) {
+TEST(MapJob, its_settings_note_the_estimated_latency_and_keep_it_auto) {
   const auto job = jobs::make_map_job(
       fleet_of("vehicles: {v1: {recording: a}, v2: {recording: b}}"), jobs::MapOptions{});
   ASSERT_TRUE(job);
@@ -167,7 +167,7 @@ TEST(MapJob, its_settings_say_what_the_motion_has_told_of_the_latency_and_keep_i
   EXPECT_FALSE(fleet_of(text).ranges.latency_s) << "a rerun gives the same";
 }
 
-TEST(MapSummary, tells_the_run_in_a_few_lines) {
+TEST(MapSummary, summarises_the_run_in_a_few_lines) {
   EXPECT_EQ(summary_text(summary_of(2), "out/report.html"),
             "out/report.html\n2 vehicles, each in a frame of its own\n"
             "path 512 + 498 m, 1204 keyframes, 0 map points\n"
@@ -204,7 +204,7 @@ TEST(MapSummary, tells_the_run_in_a_few_lines) {
             std::string::npos);
 }
 
-TEST(MapSummary, tells_what_ranges_held_and_why_others_did_not) {
+TEST(MapSummary, reports_the_distance_constrained_by_ranges_and_rejection_reasons) {
   drive::MapSummary summary = summary_of(2);
   const auto count = [&](ranging::RangeReason reason, std::size_t n) {
     summary.ranges.by_reason[static_cast<std::size_t>(reason)] = n;
@@ -226,7 +226,7 @@ TEST(MapSummary, tells_what_ranges_held_and_why_others_did_not) {
       << text;
 }
 
-TEST(MapSummary, names_the_anchors_of_the_rounds_but_not_without_end) {
+TEST(MapSummary, names_the_anchors_of_the_first_12_rounds) {
   drive::MapSummary summary = summary_of(2);
   EXPECT_EQ(summary_text(summary, "out").find("round"), std::string::npos);
   summary.rounds.resize(3);
@@ -239,7 +239,7 @@ TEST(MapSummary, names_the_anchors_of_the_rounds_but_not_without_end) {
             std::string::npos);
 }
 
-TEST(MapSummary, the_exit_code_follows_the_table) {
+TEST(MapSummary, the_exit_code_follows_from_status_and_gaps) {
   drive::MapSummary summary = summary_of(1);
   EXPECT_EQ(exit_code_of(summary, 0), 0);
   summary.gaps = true;
@@ -252,7 +252,7 @@ TEST(MapSummary, the_exit_code_follows_the_table) {
   EXPECT_EQ(exit_code_of(summary, 15), 143);
 }
 
-TEST(MapSummary, broken_requirements_are_named) {
+TEST(MapSummary, violated_requirements_are_named) {
   const auto requirements = parse_requirements({"connected", "max_sigma_m=0.25"});
   ASSERT_TRUE(requirements);
   const auto broken = broken_requirements(*requirements, summary_of(2));
@@ -266,14 +266,14 @@ TEST(MapSummary, broken_requirements_are_named) {
   EXPECT_FALSE(parse_requirements({""}));
 }
 
-TEST(ErrorCodes, lead_to_the_exit_codes_of_the_table) {
+TEST(ErrorCodes, map_to_the_documented_exit_codes) {
   EXPECT_EQ(exit_code_of(Error{ErrorCode::kUsage, "", "", ""}, 0), 2);
   EXPECT_EQ(exit_code_of(Error{ErrorCode::kInput, "", "", ""}, 0), 2);
   EXPECT_EQ(exit_code_of(Error{ErrorCode::kMachine, "", "", ""}, 0), 4);
   EXPECT_EQ(exit_code_of(Error{ErrorCode::kInterrupted, "", "", ""}, 15), 143);
 }
 
-TEST(Progress, a_line_has_bar_speed_way_and_time_to_go) {
+TEST(Progress, a_line_has_bar_speed_distance_and_remaining_time) {
   drive::Progress progress;
   progress.vehicle = "v1";
   progress.fraction = 0.62;
@@ -293,7 +293,7 @@ TEST(Progress, a_line_has_bar_speed_way_and_time_to_go) {
   EXPECT_EQ(progress_line(progress, true, -1.0).substr(0, 24), "v1 [--------------]   0 ");
 }
 
-TEST(Progress, away_from_a_terminal_there_is_one_line_per_tenth) {
+TEST(Progress, without_a_terminal_prints_one_line_per_10_percent) {
   testing::internal::CaptureStderr();
   {
     Session session;
@@ -311,7 +311,7 @@ TEST(Progress, away_from_a_terminal_there_is_one_line_per_tenth) {
   EXPECT_EQ(text.find('\033'), std::string::npos);
 }
 
-TEST(Progress, as_json_is_one_object_per_line_even_with_broken_names) {
+TEST(Progress, as_json_is_one_object_per_line_even_with_invalid_utf8) {
   testing::internal::CaptureStderr();
   {
     Session session;

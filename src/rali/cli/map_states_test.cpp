@@ -133,7 +133,7 @@ class MapStates : public testing::Test {
 
 io::TestFolder* MapStates::sim_ = nullptr;
 
-TEST_F(MapStates, the_map_of_a_mission_is_that_of_its_recording_as_far_as_facts_go) {
+TEST_F(MapStates, the_map_from_facts_agrees_with_the_map_from_recordings) {
   const Outcome recorded = map("recorded", {at("sim/fleet.yaml")}, {"--no-report"});
   ASSERT_EQ(recorded.code, 0) << recorded.err;
   const Outcome reported =
@@ -168,7 +168,7 @@ TEST_F(MapStates, the_map_of_a_mission_is_that_of_its_recording_as_far_as_facts_
   EXPECT_TRUE(metrics["vehicles"]["v1"]["live"].is_null());
 }
 
-TEST_F(MapStates, any_order_and_any_distribution_of_the_facts_give_the_same_bytes) {
+TEST_F(MapStates, the_output_is_independent_of_order_and_distribution_of_the_facts) {
   const std::vector<std::vector<std::string>> inputs = {
       {at("v1"), at("v2")}, {at("v2"), at("v1")}, {at("all")}, {at("all"), at("v2")}};
   std::vector<std::string> outs;
@@ -190,7 +190,7 @@ TEST_F(MapStates, any_order_and_any_distribution_of_the_facts_give_the_same_byte
   }
 }
 
-TEST_F(MapStates, the_folders_stay_as_they_were) {
+TEST_F(MapStates, mapping_does_not_change_the_state_folders) {
   const auto listing = [](const std::string& folder) {
     std::map<std::string, std::uintmax_t> files;
     for (const auto& entry : fs::directory_iterator(folder)) {
@@ -203,7 +203,7 @@ TEST_F(MapStates, the_folders_stay_as_they_were) {
   EXPECT_EQ(listing(at("v1")), before);
 }
 
-TEST_F(MapStates, what_is_before_damage_and_behind_it_is_used_and_the_run_ends_with_3) {
+TEST_F(MapStates, a_damaged_fact_log_exits_with_3_and_a_truncated_with_0) {
   fs::copy(at("v1"), folder_.path("damaged"));
   const std::string log = folder_.path("damaged/facts-000000.log");
   const auto size = fs::file_size(log);
@@ -222,7 +222,7 @@ TEST_F(MapStates, what_is_before_damage_and_behind_it_is_used_and_the_run_ends_w
   EXPECT_NE(damaged.err.find("v1: 1 of "), std::string::npos) << damaged.err;
 }
 
-TEST_F(MapStates, wrong_inputs_are_told_in_one_sentence_before_anything_is_written) {
+TEST_F(MapStates, invalid_inputs_are_refused_before_anything_is_written) {
   fs::create_directories(folder_.path("empty"));
   const std::string stranger =
       folder_.write("other.yaml", "vehicles: {red: {live: {address: 127.0.0.1}}, v2: {}}\n");
@@ -250,7 +250,7 @@ TEST_F(MapStates, wrong_inputs_are_told_in_one_sentence_before_anything_is_writt
   EXPECT_FALSE(fs::exists(folder_.path("none")));
 }
 
-TEST_F(MapStates, a_recording_among_them_is_refused) {
+TEST_F(MapStates, a_recording_among_state_folders_is_refused) {
   std::string recording;
   for (const auto& entry : fs::directory_iterator(at("sim"))) {
     const auto extension = entry.path().extension();

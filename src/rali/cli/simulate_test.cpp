@@ -46,7 +46,7 @@ class Simulate : public testing::Test {
   std::string folder_;
 };
 
-TEST_F(Simulate, writes_a_recording_that_rali_map_takes_and_tells_what_is_in_it) {
+TEST_F(Simulate, writes_a_loadable_recording_and_prints_a_summary) {
   const Outcome done = simulate({"corridor", "-o", folder_, "--duration", "0.3", "-q"});
   EXPECT_EQ(done.code, 0) << done.err;
   EXPECT_NE(done.out.find("corridor, seed 1: 2 vehicles, 0.3 s of data"), std::string::npos)
@@ -57,7 +57,7 @@ TEST_F(Simulate, writes_a_recording_that_rali_map_takes_and_tells_what_is_in_it)
   EXPECT_TRUE(fs::exists(folder_ + "/truth/mesh.ply"));
 }
 
-TEST_F(Simulate, names_an_old_setting_with_its_new_name) {
+TEST_F(Simulate, warns_of_an_old_setting_with_its_new_name) {
   // The invalid thread count ends it before anything is simulated.
   const Outcome refused = simulate({"corridor", "-o", folder_, "--closed-loop", "--set",
                                     "settings.mission.place_m=3", "--threads", "-1"});
@@ -68,7 +68,7 @@ TEST_F(Simulate, names_an_old_setting_with_its_new_name) {
       << refused.err;
 }
 
-TEST_F(Simulate, one_vehicle_alone_has_no_antennas_of_which_a_map_would_warn) {
+TEST_F(Simulate, a_single_vehicle_has_no_antennas_in_fleet_yaml) {
   ASSERT_EQ(simulate({"tunnel", "-o", folder_, "--vehicles", "1", "--duration", "0.2", "-q"}).code,
             0);
   EXPECT_EQ(bytes("fleet.yaml").find("antennas"), std::string::npos) << bytes("fleet.yaml");
@@ -87,7 +87,7 @@ TEST_F(Simulate, an_old_key_of_the_scene_is_read_with_a_notice) {
       << loud.err;
 }
 
-TEST_F(Simulate, its_scene_yaml_gives_the_same_recording_again) {
+TEST_F(Simulate, its_scene_yaml_reproduces_the_same_recording) {
   ASSERT_EQ(simulate({"tunnel", "-o", folder_, "--duration", "0.2", "--seed", "3", "-q"}).code, 0);
   const std::string first = bytes("v1.mcap");
   const std::string again = folder_ + "/again";
@@ -97,7 +97,7 @@ TEST_F(Simulate, its_scene_yaml_gives_the_same_recording_again) {
   EXPECT_EQ(bytes("again/v1.mcap") == first, true) << "another recording";
 }
 
-TEST_F(Simulate, json_is_one_document_and_the_same_as_simulation_json) {
+TEST_F(Simulate, json_output_is_one_document_equal_to_simulation_json) {
   const Outcome done =
       simulate({"hall", "-o", folder_, "--duration", "0.2", "--json", "--progress", "off"});
   ASSERT_EQ(done.code, 0) << done.err;
@@ -107,7 +107,7 @@ TEST_F(Simulate, json_is_one_document_and_the_same_as_simulation_json) {
   EXPECT_EQ(done.out, bytes("simulation.json"));
 }
 
-TEST_F(Simulate, a_closed_loop_that_its_time_ends_says_so_and_leaves_the_recording) {
+TEST_F(Simulate, a_closed_loop_ended_by_its_duration_keeps_the_recording) {
   const Outcome ended = simulate({"corridor", "-o", folder_, "--closed-loop", "--vehicles", "2",
                                   "--duration", "3", "--set", "link.loss=0.1", "--set",
                                   "settings.mission.roles.lease_s=4", "--set", "sim.cpu_factor=3"});
@@ -143,7 +143,7 @@ TEST_F(Simulate, faults_reach_the_vehicles_of_a_closed_loop) {
   EXPECT_TRUE(!has(loss, "v1,points,") && !has(loss, "v2,points,")) << "nobody asked\n" << loss;
 }
 
-TEST(MissionText, of_a_mission_that_stops_says_what_stopped_it) {
+TEST(MissionText, of_a_stopped_mission_gives_the_reason) {
   drive::MissionLog mission;
   mission.ended = true;
   mission.rounds.resize(2);
@@ -163,7 +163,7 @@ TEST(MissionText, of_a_mission_that_stops_says_what_stopped_it) {
   EXPECT_EQ(text.find("unknown behind"), std::string::npos) << text;
 }
 
-TEST_F(Simulate, what_is_wrong_ends_with_2_before_anything_is_written) {
+TEST_F(Simulate, invalid_arguments_exit_with_2_before_anything_is_written) {
   const std::vector<std::vector<std::string>> wrong = {
       {"lopp", "-o", folder_},
       {"loop"},
@@ -200,7 +200,7 @@ TEST_F(Simulate, what_is_wrong_ends_with_2_before_anything_is_written) {
   }
 }
 
-TEST_F(Simulate, does_not_write_over_what_is_there_unless_told) {
+TEST_F(Simulate, overwrites_existing_files_only_with_overwrite) {
   const std::vector<std::string> arguments{"yard", "-o", folder_, "--duration", "0.2", "-q"};
   ASSERT_EQ(simulate(arguments).code, 0);
   const Outcome refused = simulate(arguments);

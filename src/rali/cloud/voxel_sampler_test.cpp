@@ -62,7 +62,7 @@ TEST(VoxelSampler, keeps_the_point_nearest_to_the_centre_of_each_cell) {
   EXPECT_EQ(out, (std::vector<std::uint32_t>{1, 3}));
 }
 
-TEST(VoxelSampler, chooses_the_same_points_in_whatever_order_they_come) {
+TEST(VoxelSampler, chooses_the_same_points_in_any_input_order) {
   const Cloud a = random_cloud(3000, 3.0);
   const Cloud b = shuffled(a, 5);
   VoxelSampler sampler;
@@ -106,7 +106,7 @@ TEST(VoxelSampler, considers_candidates_only_and_appends) {
   EXPECT_EQ(out, (std::vector<std::uint32_t>{7, 3, 50, 99}));
 }
 
-TEST(VoxelSampler, forgets_the_last_call_and_may_grow_and_shrink) {
+TEST(VoxelSampler, result_does_not_depend_on_earlier_calls) {
   VoxelSampler sampler;
   const Cloud small = random_cloud(10, 1.0);
   const Cloud large = random_cloud(5000, 5.0);
@@ -184,7 +184,7 @@ TEST(VoxelSampler, kept_rays_have_no_bias_in_range) {
   EXPECT_LT(std::abs(sum_m / n), 3.0 * 0.02 / std::sqrt(n));
 }
 
-TEST(VoxelSampler, takes_points_at_the_border_of_the_grid_and_at_the_origin) {
+TEST(VoxelSampler, accepts_points_at_the_grid_border_and_at_the_origin) {
   Cloud c;
   c.add(1e5, -1e5, 1e5);
   c.add(-1e5, 1e5, 0.0);

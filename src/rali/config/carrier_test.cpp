@@ -17,7 +17,7 @@ odometry::ConstraintSettings constraints_of(const std::string& settings,
   return config ? config->settings.odometry.robust.constraints : odometry::ConstraintSettings{};
 }
 
-TEST(Carrier, sets_bounds_and_constraints_of_the_motion) {
+TEST(Carrier, sets_motion_bounds_and_constraints) {
   const odometry::ConstraintSettings ground = constraints_of("");
   EXPECT_TRUE(ground.non_holonomic && ground.ground && ground.standstill);
   const auto drone = constraints_of("settings: {odometry: {robust: {carrier: drone}}}");
@@ -30,7 +30,7 @@ TEST(Carrier, sets_bounds_and_constraints_of_the_motion) {
   EXPECT_LT(hand.speed_max_mps, ground.speed_max_mps);
 }
 
-TEST(Carrier, loses_against_what_is_given_wherever_it_is_given) {
+TEST(Carrier, values_yield_to_explicit_settings_in_file_or_command_line) {
   const std::string file =
       "settings: {odometry: {robust: {constraints: {ground: true, speed_usual_mps: 9}, "
       "carrier: drone}}}";
@@ -46,7 +46,7 @@ TEST(Carrier, loses_against_what_is_given_wherever_it_is_given) {
   EXPECT_TRUE(typed.standstill) << "the command line's carrier holds, not the file's";
 }
 
-TEST(Carrier, is_the_origin_of_its_values_and_wrong_names_are_refused) {
+TEST(Carrier, is_recorded_as_origin_of_its_values_and_unknown_names_fail) {
   const auto config = parse("settings: {odometry: {robust: {carrier: drone}}}");
   ASSERT_TRUE(config);
   EXPECT_EQ(config->origins.at("settings.odometry.robust.constraints.ground"), "carrier drone");

@@ -79,7 +79,7 @@ TEST(LoadFleet, one_vehicle_with_a_recording_is_enough) {
   EXPECT_EQ(config->origins.at("vehicles.v1.recording"), "fleet.yaml:1");
 }
 
-TEST(LoadFleet, every_key_of_the_contract_is_read) {
+TEST(LoadFleet, every_documented_key_is_read) {
   const Result<FleetConfig> config = parse(kComplete);
   ASSERT_TRUE(config) << config.error().message();
   const VehicleConfig& v1 = config->vehicles.at(0);
@@ -122,7 +122,7 @@ TEST(LoadFleet, the_dump_is_valid_input_and_loads_to_the_same_values) {
   EXPECT_EQ(again->vehicles[0].lidar.T_body_lidar.T.R, config->vehicles[0].lidar.T_body_lidar.T.R);
 }
 
-TEST(LoadFleet, a_pose_set_by_the_program_survives_the_dump_bit_by_bit) {
+TEST(LoadFleet, a_pose_is_unchanged_bit_by_bit_after_dump_and_load) {
   Result<FleetConfig> config = parse("vehicles: {v1: {recording: v1.bag}}\n");
   ASSERT_TRUE(config);
   Extrinsics& pose = config->vehicles[0].lidar.T_body_lidar;
@@ -135,7 +135,7 @@ TEST(LoadFleet, a_pose_set_by_the_program_survives_the_dump_bit_by_bit) {
   EXPECT_EQ(again->vehicles[0].lidar.T_body_lidar.T.p, pose.T.p);
 }
 
-TEST(LoadFleet, names_of_other_systems_are_told_which_key_and_direction) {
+TEST(LoadFleet, extrinsic_keys_of_other_systems_get_a_hint_on_key_and_direction) {
   const auto lidar = [](const std::string& key) {
     return error_of("vehicles:\n  v1:\n    recording: a\n    lidar:\n      " + key + ": 1\n");
   };
@@ -148,7 +148,7 @@ TEST(LoadFleet, names_of_other_systems_are_told_which_key_and_direction) {
   EXPECT_NE(lidar("T_lidar_imu").find("write the inverse"), std::string::npos);
 }
 
-TEST(LoadFleet, a_rotation_that_is_none_is_refused) {
+TEST(LoadFleet, an_invalid_rotation_is_refused) {
   const auto pose = [](const std::string& value) {
     return error_of("vehicles:\n  v1:\n    recording: a\n    lidar:\n      T_body_lidar: " + value +
                     "\n");
@@ -174,7 +174,7 @@ TEST(LoadFleet, a_rotation_that_is_none_is_refused) {
   EXPECT_NE(pose("{xyz_m: [.nan, 0, 0]}"), "");
 }
 
-TEST(LoadFleet, a_file_without_vehicle_or_recording_is_told_what_to_write) {
+TEST(LoadFleet, a_file_without_vehicle_or_recording_is_refused_with_a_remedy) {
   EXPECT_NE(error_of("").find("fleet.yaml: no vehicle is named. Write at least"), std::string::npos)
       << error_of("");
   EXPECT_NE(error_of("vehicle: {v1: {recording: a}}").find("Did you mean 'vehicles'?"),
@@ -196,7 +196,7 @@ std::string error_of_priors(const std::string& one, const std::string& two) {
   return error_of(std::string(kTwo) + "priors:\n  - " + one + "\n  - " + two + "\n");
 }
 
-TEST(LoadFleet, start_poses_of_one_pair_must_agree) {
+TEST(LoadFleet, start_pose_priors_of_one_pair_must_agree) {
   const std::string v2 = "{vehicle: v2, relative_to: v1, xyz_m: [-2, 0, 0]}";
   EXPECT_EQ(error_of_priors(v2, "{vehicle: v2, xyz_m: [-2.3, 0.2, 0], yaw_deg: 5}"), "");
   EXPECT_EQ(error_of_priors(v2, "{vehicle: v2, xyz_m: [8, 0, 0]}"),
@@ -206,7 +206,7 @@ TEST(LoadFleet, start_poses_of_one_pair_must_agree) {
             std::string::npos);
 }
 
-TEST(LoadFleet, a_start_pose_told_from_the_other_end_is_the_inverse) {
+TEST(LoadFleet, a_start_pose_prior_in_the_other_direction_is_the_inverse) {
   const std::string v2 = "{vehicle: v2, relative_to: v1, xyz_m: [0, 4, 0], yaw_deg: 90}";
   const std::string right = "{vehicle: v1, relative_to: v2, xyz_m: [-4, 0, 0], yaw_deg: -90}";
   const std::string wrong = "{vehicle: v1, relative_to: v2, xyz_m: [4, 0, 0], yaw_deg: -90}";
@@ -216,13 +216,13 @@ TEST(LoadFleet, a_start_pose_told_from_the_other_end_is_the_inverse) {
       << error_of_priors(v2, wrong);
 }
 
-TEST(LoadFleet, the_first_vehicle_has_no_start_pose_in_itself) {
+TEST(LoadFleet, a_start_pose_prior_relative_to_itself_is_refused) {
   EXPECT_NE(error_of(std::string(kTwo) + "priors: [{vehicle: v1}]").find("itself"),
             std::string::npos);
 }
 
 // Two vehicles with the same scans would count the same measurements twice.
-TEST(LoadFleet, two_vehicles_do_not_share_their_sweeps) {
+TEST(LoadFleet, two_vehicles_with_the_same_scans_are_refused) {
   EXPECT_EQ(error_of("vehicles: {v1: {recording: a}, v2: {recording: [b, a]}}"),
             "fleet.yaml:1: /data/run/a is the recording of both 'v1' and 'v2'. Give each its own, "
             "or tell them apart by lidar.topic or by start_s and duration_s.");
@@ -240,13 +240,13 @@ TEST(LoadFleet, two_vehicles_do_not_share_their_sweeps) {
             "");
 }
 
-TEST(LoadFleet, preset_paper_wants_to_know_where_all_start) {
+TEST(LoadFleet, preset_paper_requires_a_start_pose_prior_for_every_vehicle) {
   const std::string two = "preset: paper\nvehicles: {v1: {recording: a}, v2: {recording: b}}\n";
   EXPECT_NE(error_of(two).find("priors: none says where 'v2' starts"), std::string::npos);
   EXPECT_EQ(error_of(two + "priors: [{vehicle: v2}]"), "");
 }
 
-TEST(LoadFleet, one_recording_under_two_paths_is_still_one) {
+TEST(LoadFleet, one_recording_under_two_paths_is_recognised_as_the_same) {
   const std::string folder = testing::TempDir() + "shared_recording";
   std::filesystem::create_directories(folder);
   std::ofstream(folder + "/a.mcap") << "x";
@@ -258,7 +258,7 @@ TEST(LoadFleet, one_recording_under_two_paths_is_still_one) {
   EXPECT_NE(config.error().message().find("recording of both"), std::string::npos);
 }
 
-TEST(LoadFleet, antennas_have_names_and_are_few) {
+TEST(LoadFleet, antennas_have_non_numeric_names_and_are_at_most_16) {
   const auto with = [](const std::string& antennas) {
     return error_of("vehicles: {v1: {recording: a, antennas: {" + antennas + "}}}");
   };
@@ -271,7 +271,7 @@ TEST(LoadFleet, antennas_have_names_and_are_few) {
   EXPECT_NE(with("1: {xyz_m: [0, 0, 0]}").find("is no name of an antenna"), std::string::npos);
 }
 
-TEST(LoadFleet, a_pair_of_radios_has_one_bias) {
+TEST(LoadFleet, a_pair_of_vehicles_has_one_range_bias) {
   const std::string two(kTwo);
   EXPECT_EQ(error_of(two + "ranges: {bias_m: {v2-v1: 0.1}}"), "");
   EXPECT_NE(error_of(two + "ranges: {bias_m: {v1-v1: 0.1}}").find("no pair of vehicles"),
@@ -280,7 +280,7 @@ TEST(LoadFleet, a_pair_of_radios_has_one_bias) {
             std::string::npos);
 }
 
-TEST(LoadFleet, names_that_do_not_fit_each_other_are_refused_with_their_line) {
+TEST(LoadFleet, inconsistent_references_and_bounds_are_refused_with_their_line) {
   const std::string v1 = "vehicles: {v1: {recording: a}}\n";
   EXPECT_EQ(error_of(v1 + "priors: [{vehicle: v2}]\n"),
             "fleet.yaml:2: priors: 'v2' is no vehicle (v1). Did you mean 'v1'?");
@@ -304,7 +304,7 @@ TEST(LoadFleet, names_that_do_not_fit_each_other_are_refused_with_their_line) {
             std::string::npos);
 }
 
-TEST(LoadFleet, the_command_line_rules_over_the_file_and_the_file_over_the_preset) {
+TEST(LoadFleet, the_command_line_overrides_the_file_which_overrides_the_preset) {
   const std::string text = "vehicles: {v1: {recording: a}}\nsettings: {vehicle: {imu_wait_s: 2}}\n";
   Overrides overrides;
   overrides.preset = "paper";
@@ -341,7 +341,7 @@ TEST(LoadFleet, recordings_become_vehicles_named_after_the_files) {
   EXPECT_NE(twins.error().message().find("a second recording of the name 'v1'"), std::string::npos);
 }
 
-TEST(LoadFleet, a_folder_of_scans_brings_its_calibration) {
+TEST(LoadFleet, calib_yaml_of_a_scan_folder_is_loaded) {
   const auto dir = std::filesystem::temp_directory_path() / "rali_config_calib_test";
   std::filesystem::create_directories(dir);
   std::ofstream(dir / "calib.yaml") << "lidar: {model: rs16}\n";
@@ -356,7 +356,7 @@ TEST(LoadFleet, a_folder_of_scans_brings_its_calibration) {
             std::string::npos);
 }
 
-TEST(LoadFleet, imu_noise_comes_from_the_vehicle_else_from_the_model) {
+TEST(LoadFleet, imu_noise_of_the_vehicle_overrides_that_of_the_model) {
   const Result<FleetConfig> config = parse(kComplete);
   ASSERT_TRUE(config);
   const odometry::ImuNoiseSettings noise = imu_noise_of(config->vehicles[0].imu);
@@ -371,7 +371,7 @@ TEST(LoadFleet, imu_noise_comes_from_the_vehicle_else_from_the_model) {
   EXPECT_NEAR(sheet.gyro_radps_rthz, 1.22e-4, 1e-6);  // 0.007 deg/s
 }
 
-TEST(LoadFleet, a_pose_is_reported_in_words) {
+TEST(LoadFleet, a_pose_is_described_in_words) {
   geometry::SE3 T;
   T.p = geometry::Vec3(0.08, 0.0, 0.25);
   T.R = geometry::rotation_from_rpy(0.0, 0.0, 1.5 * 3.14159265358979 / 180.0);
@@ -380,7 +380,7 @@ TEST(LoadFleet, a_pose_is_reported_in_words) {
   EXPECT_EQ(pose_in_words({}), "at the origin of the body, not turned");
 }
 
-TEST(LoadFleet, a_complete_file_cut_at_every_byte_loads_or_explains) {
+TEST(LoadFleet, a_truncated_file_loads_or_gives_an_error_with_its_name) {
   for (std::size_t n = 0; n < kComplete.size(); n += 3) {
     const Result<FleetConfig> config = parse(kComplete.substr(0, n));
     if (!config) {
@@ -389,7 +389,7 @@ TEST(LoadFleet, a_complete_file_cut_at_every_byte_loads_or_explains) {
   }
 }
 
-TEST(LoadFleet, the_manual_in_docs_is_that_of_the_program) {
+TEST(LoadFleet, the_settings_manual_in_docs_matches_the_program) {
   std::ifstream file(std::string(RALI_SOURCE_DIR) + "/docs/reference/settings.md");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   EXPECT_TRUE(text == settings_manual(SettingsShown::kPublic))

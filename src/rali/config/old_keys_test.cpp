@@ -22,7 +22,7 @@ std::size_t notices_with(const FleetConfig& config, std::string_view text) {
       [&](const std::string& notice) { return notice.find(text) != std::string::npos; }));
 }
 
-TEST(OldKeys, settings_of_version_0_1_load_and_their_values_arrive) {
+TEST(OldKeys, of_version_0_1_are_loaded_into_the_new_settings) {
   const auto config = parse_fleet(settings_of_version_0_1(), "settings.yaml", "", {});
   ASSERT_TRUE(config) << config.error().message();
   const RoomSettings& s = config->settings;
@@ -55,7 +55,7 @@ TEST(OldKeys, have_one_notice_each_with_line_and_new_name) {
   }
 }
 
-TEST(OldKeys, of_the_command_line_work_with_and_without_settings) {
+TEST(OldKeys, on_the_command_line_work_with_and_without_settings_prefix) {
   for (const char* key : {"settings.ranging.sight.use", "ranging.sight.use"}) {
     const auto config = parse_fleet("vehicles: {v1: {recording: a.bag}}", "fleet.yaml", "",
                                     {"", {std::string(key) + "=false"}});
@@ -66,7 +66,7 @@ TEST(OldKeys, of_the_command_line_work_with_and_without_settings) {
   }
 }
 
-TEST(OldKeys, yield_to_the_new_name) {
+TEST(OldKeys, are_overridden_by_the_new_key) {
   const auto config = parse_fleet(
       "vehicles: {v1: {recording: a.bag}}\n"
       "settings: {ranging: {line_of_sight: {end_m: 0.7}, sight: {end_m: 0.9, surfaces: 3}}}",
@@ -76,7 +76,7 @@ TEST(OldKeys, yield_to_the_new_name) {
   EXPECT_EQ(config->settings.ranging.sight.surfaces, 3);
 }
 
-TEST(OldKeys, are_all_known_under_their_new_name) {
+TEST(OldKeys, are_dumped_under_valid_new_names) {
   // A renamed key without a valid target would make the file of version 0.1 unreadable.
   const auto config = parse_fleet(settings_of_version_0_1(), "settings.yaml", "", {});
   ASSERT_TRUE(config) << config.error().message();

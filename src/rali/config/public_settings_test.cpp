@@ -15,7 +15,7 @@ FieldList all_fields(FleetConfig& config) {
   return fleet_fields(config, "");
 }
 
-TEST(PublicSettings, are_at_most_sixty_each_a_setting_and_in_one_group) {
+TEST(PublicSettings, are_at_most_60_existing_settings_each_in_one_group) {
   FleetConfig config;
   const FieldList fields = all_fields(config);
   std::set<std::string_view> listed;
@@ -34,7 +34,7 @@ TEST(PublicSettings, are_at_most_sixty_each_a_setting_and_in_one_group) {
   EXPECT_EQ(static_cast<std::size_t>(marked), listed.size());
 }
 
-TEST(PublicSettings, of_a_vehicle_are_public_under_any_name) {
+TEST(PublicSettings, of_a_vehicle_are_public_for_any_vehicle_name) {
   EXPECT_TRUE(is_public_setting("vehicles.left.lidar.topic"));
   EXPECT_FALSE(is_public_setting("vehicles.left.imu.noise.gyro_radps_rthz"));
   EXPECT_FALSE(is_public_setting("settings.ranging.gate.chi2"));
@@ -50,7 +50,7 @@ TEST(PublicSettings, the_full_manual_has_all_settings_and_the_help_of_groups) {
             std::string::npos);
 }
 
-TEST(PublicSettings, an_unstable_one_still_works_and_an_unknown_one_is_suggested) {
+TEST(PublicSettings, do_not_exclude_unstable_keys_and_unknown_keys_get_a_suggestion) {
   const std::string fleet = "vehicles: {v1: {recording: a.bag}}";
   EXPECT_TRUE(parse_fleet(fleet, "f", "", {"", {"ranging.gate.chi2=9"}}));
   const auto wrong = parse_fleet(fleet, "f", "", {"", {"ranging.gate.chi=9"}});

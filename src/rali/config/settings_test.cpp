@@ -62,7 +62,7 @@ std::string try_apply(std::string_view text) {
   return try_apply(toy, text);
 }
 
-TEST(Settings, every_type_is_loaded_and_its_line_remembered) {
+TEST(Settings, every_type_is_loaded_and_its_line_recorded) {
   ToySettings toy;
   Origins origins;
   EXPECT_EQ(try_apply(toy,
@@ -82,19 +82,19 @@ TEST(Settings, every_type_is_loaded_and_its_line_remembered) {
   EXPECT_EQ(origins.count("noise"), 0U);
 }
 
-TEST(Settings, an_unknown_key_names_its_line_and_the_nearest_key) {
+TEST(Settings, an_unknown_key_is_refused_with_line_and_most_similar_key) {
   EXPECT_EQ(try_apply("project: true\nvoxel: 0.3\n"),
             "fleet.yaml:2: unknown key 'voxel'. Did you mean 'voxel_m'?");
   EXPECT_EQ(try_apply("porject: true\n"),
             "fleet.yaml:1: unknown key 'porject'. Did you mean 'project'?");
 }
 
-TEST(Settings, a_key_at_the_wrong_level_is_found_where_it_belongs) {
+TEST(Settings, a_key_at_the_wrong_level_gets_the_correct_path) {
   EXPECT_EQ(try_apply("sigma_m: 0.3\n"),
             "fleet.yaml:1: unknown key 'sigma_m'. Did you mean 'noise.sigma_m'?");
 }
 
-TEST(Settings, an_unknown_key_near_nothing_lists_what_is_known) {
+TEST(Settings, an_unknown_key_without_a_similar_one_lists_the_allowed_keys) {
   EXPECT_EQ(try_apply("noise:\n  zzzzzz: 1\n"),
             "fleet.yaml:2: unknown key 'zzzzzz'. Known here: gap_m, sigma_m.");
 }
@@ -107,7 +107,7 @@ TEST(Settings, values_out_of_bounds_are_refused_with_the_bounds) {
   EXPECT_EQ(try_apply("voxel_m: .inf"), "fleet.yaml:1: voxel_m is .inf; allowed is 0.01 to 5.");
 }
 
-TEST(Settings, bounds_themselves_are_allowed) {
+TEST(Settings, values_at_the_bounds_are_accepted) {
   EXPECT_EQ(try_apply("voxel_m: 0.01\nsamples_min: 100\n"), "");
 }
 
@@ -139,7 +139,7 @@ TEST(Settings, a_key_given_twice_is_an_error) {
       "fleet.yaml:3: key 'voxel_m' is given twice (first at fleet.yaml:1). Remove one of them.");
 }
 
-TEST(Settings, an_assignment_of_the_command_line_is_checked_alike) {
+TEST(Settings, command_line_assignments_are_checked_like_file_values) {
   ToySettings toy;
   FieldList fields;
   collect_fields("toy.", toy, fields);
@@ -184,7 +184,7 @@ TEST(Settings, the_dump_loads_to_the_same_values_and_hash) {
   EXPECT_EQ(hash_fields(fields_again), hash_fields(fields));
 }
 
-TEST(Settings, the_hash_sees_every_change_of_a_value) {
+TEST(Settings, the_hash_depends_on_nested_values) {
   ToySettings a, b;
   b.noise.gap_m = 7.0;
   FieldList of_a, of_b;
@@ -193,7 +193,7 @@ TEST(Settings, the_hash_sees_every_change_of_a_value) {
   EXPECT_NE(hash_fields(of_a), hash_fields(of_b));
 }
 
-TEST(Settings, words_that_yaml_would_change_survive_the_dump) {
+TEST(Settings, strings_that_yaml_would_reinterpret_are_preserved_by_the_dump) {
   for (const std::string word :
        {"",   "~", "null", "true", "1e3", "- a", "a: b", "#x", "x # y", "*a", "&a",
         "!t", "@", "`",    "{",    "[",   "%",   "é",    "\t", "\x7f",  "'",  "\""}) {

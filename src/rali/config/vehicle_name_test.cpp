@@ -7,14 +7,14 @@
 namespace rali::config {
 namespace {
 
-TEST(VehicleName, letters_of_all_scripts_survive) {
+TEST(VehicleName, keeps_letters_of_all_scripts) {
   for (const char* name : {"v1", "Größe_1", "läufer", "測試機", "тест-2", "🚗"}) {
     EXPECT_TRUE(is_vehicle_name(name)) << name;
     EXPECT_EQ(vehicle_name_from(name), name);
   }
 }
 
-TEST(VehicleName, what_a_file_a_key_or_a_terminal_would_take_amiss_becomes_one_underscore_each) {
+TEST(VehicleName, replaces_each_unsafe_character_by_an_underscore) {
   EXPECT_EQ(vehicle_name_from("a/b c.d:e,f=g\nh"), "a_b_c_d_e_f_g_h");
   EXPECT_EQ(vehicle_name_from("-v"), "_v");
   EXPECT_EQ(vehicle_name_from("a\xC2\x85z"), "a_z") << "a control character";
@@ -26,7 +26,7 @@ TEST(VehicleName, what_a_file_a_key_or_a_terminal_would_take_amiss_becomes_one_u
   }
 }
 
-TEST(VehicleName, bytes_that_are_no_utf8_never_pass) {
+TEST(VehicleName, replaces_invalid_utf8_bytes) {
   EXPECT_EQ(vehicle_name_from("a\xFFz"), "a_z");
   EXPECT_EQ(vehicle_name_from("a\xC3"), "a_") << "cut";
   EXPECT_EQ(vehicle_name_from("\xC0\xAF"), "__") << "a slash in two bytes";
@@ -39,7 +39,7 @@ TEST(VehicleName, bytes_that_are_no_utf8_never_pass) {
   }
 }
 
-TEST(VehicleName, has_at_most_32_characters_and_is_not_cut_within_one) {
+TEST(VehicleName, is_truncated_to_32_characters_at_a_character_boundary) {
   std::string text;
   for (int i = 0; i < 40; ++i) text += "ü";
   EXPECT_EQ(vehicle_name_from(text).size(), 64U);
@@ -47,7 +47,7 @@ TEST(VehicleName, has_at_most_32_characters_and_is_not_cut_within_one) {
   EXPECT_FALSE(is_vehicle_name(text));
 }
 
-TEST(VehicleName, is_that_of_the_file_and_survives_settings) {
+TEST(VehicleName, is_taken_from_the_file_name_and_kept_in_settings) {
   const auto config = fleet_of_recordings({"/data/Größe.bag", "測試.mcap", "a b:c.bag"}, {});
   ASSERT_TRUE(config) << config.error().message();
   EXPECT_EQ(config->vehicles[0].name, "Größe");

@@ -19,7 +19,7 @@ TEST(YamlTree, an_empty_text_is_an_empty_map) {
   }
 }
 
-TEST(YamlTree, keys_and_values_know_their_line) {
+TEST(YamlTree, keys_and_values_store_their_line) {
   const Result<Node> tree = parse_yaml("a: 1\nb:\n  c: [x,\n   y]\n", "f.yaml");
   ASSERT_TRUE(tree);
   const Node* b = tree->find("b");
@@ -74,13 +74,13 @@ TEST(YamlTree, two_documents_are_refused) {
   EXPECT_NE(error_of("a: 1\n---\nb: 2\n").find("a second YAML document"), std::string::npos);
 }
 
-TEST(YamlTree, keys_that_are_no_words_are_refused) {
+TEST(YamlTree, non_scalar_and_null_keys_are_refused) {
   EXPECT_NE(error_of("? [1, 2]\n: 3\n"), "");
   EXPECT_NE(error_of("? {a: 1}\n: 3\n"), "");
   EXPECT_NE(error_of("~: 3\n"), "");
 }
 
-TEST(YamlTree, what_is_no_text_is_refused) {
+TEST(YamlTree, binary_oversized_and_unreadable_input_is_refused) {
   EXPECT_EQ(error_of(std::string_view("a: 1\0b", 6)),
             "f.yaml:offset 4: a zero byte: this is no text file.");
   EXPECT_NE(error_of(std::string(kMaxYamlBytes + 1, ' ')).find("at most"), std::string::npos);
@@ -88,7 +88,7 @@ TEST(YamlTree, what_is_no_text_is_refused) {
   EXPECT_FALSE(parse_yaml_file("/"));
 }
 
-TEST(YamlTree, a_good_file_cut_at_every_byte_never_breaks_the_reader) {
+TEST(YamlTree, a_file_truncated_at_any_byte_parses_or_gives_an_error) {
   const std::string text =
       "schema: 1\nvehicles:\n  v1: {recording: 'a b', lidar: {range_m: [0.4, 1e2]}}\n"
       "  v2: &x\n    recording: \"q\\x41\"\n  v3: *x\npriors:\n  - {a: b}\n  - >\n    folded\n";
@@ -100,7 +100,7 @@ TEST(YamlTree, a_good_file_cut_at_every_byte_never_breaks_the_reader) {
   }
 }
 
-TEST(YamlTree, numbers_are_read_whole_or_not_at_all) {
+TEST(YamlTree, numbers_with_trailing_or_invalid_characters_are_refused) {
   double value = 0.0;
   EXPECT_TRUE(parse_double("+1.5e-3", value));
   EXPECT_EQ(value, 1.5e-3);

@@ -51,7 +51,7 @@ AwareSettings kappa4() {
 }
 
 // Test T11 of the design.
-TEST(DirectionInformation, has_the_numbers_of_a_corridor_with_an_end_wall) {
+TEST(DirectionInformation, matches_hand_computed_values_for_a_corridor_with_an_end_wall) {
   const auto planes = corridor(true);
   EXPECT_NEAR(planes[0].weight, 9434.0, 0.1);
   EXPECT_NEAR(planes[1].weight, 9090.9, 0.1);
@@ -67,7 +67,7 @@ TEST(DirectionInformation, has_the_numbers_of_a_corridor_with_an_end_wall) {
   }
 }
 
-TEST(DirectionInformation, knows_nothing_along_a_corridor_without_end) {
+TEST(DirectionInformation, is_zero_along_a_corridor_without_an_end_wall) {
   const auto planes = corridor(false);
   const auto out = direction_information(information_of(planes), planes, Mat3::Identity(),
                                          Axes::Identity(), kappa4());
@@ -79,7 +79,7 @@ TEST(DirectionInformation, knows_nothing_along_a_corridor_without_end) {
   EXPECT_NEAR(out[2].sigma, 0.0105, 5e-5);
 }
 
-TEST(DirectionInformation, does_not_take_noise_of_normals_for_knowledge) {
+TEST(DirectionInformation, excludes_information_that_noise_of_the_normals_alone_explains) {
   // Ten walls along x whose normals are off by their own sigma: their information along x is what
   // chance alone gives.
   std::vector<PlaneEvidence> planes;
@@ -95,7 +95,8 @@ TEST(DirectionInformation, does_not_take_noise_of_normals_for_knowledge) {
   EXPECT_EQ(out[0].category, Category::kNone);
 }
 
-TEST(DirectionInformation, of_a_lidar_alone_takes_chances_of_many_planes_as_a_sum) {
+TEST(DirectionInformation,
+     without_imu_subtracts_chance_information_summed_over_planes_plus_4_sigma) {
   // 100 planes along the corridor give w 1e-4 = 0.943 each along x by chance: 94.3 in all. Four
   // times the root of the sum of their squares above it is 132. Five times the mean is 472.
   std::vector<PlaneEvidence> planes(100, plane(Vec3::UnitY(), 100));
@@ -119,7 +120,7 @@ TEST(DirectionInformation, of_a_lidar_alone_takes_chances_of_many_planes_as_a_su
   }
 }
 
-TEST(DirectionInformation, of_a_lidar_alone_one_plane_in_one_place_may_be_a_person) {
+TEST(DirectionInformation, without_imu_is_zero_along_a_direction_supported_by_one_plane) {
   const auto planes = corridor(true);
   AwareSettings settings;
   settings.lidar_alone = true;
@@ -129,7 +130,7 @@ TEST(DirectionInformation, of_a_lidar_alone_one_plane_in_one_place_may_be_a_pers
   EXPECT_EQ(out[0].category, Category::kNone);
 }
 
-TEST(DirectionInformation, keeps_weak_structure_that_several_planes_in_several_places_show) {
+TEST(DirectionInformation, keeps_weak_structure_supported_by_several_planes_in_separate_clusters) {
   // Long walls with uncertain normals, and four sides of niches that give 75 1/m^2 each.
   std::vector<PlaneEvidence> planes;
   for (int k = 0; k < 80; ++k) planes.push_back(plane(Vec3::UnitY(), 100));
@@ -174,7 +175,7 @@ struct Coupled {
   }
 };
 
-TEST(RemoveSpurious, downdates_to_nothing_as_worked_by_hand) {
+TEST(RemoveSpurious, downdates_marginal_information_to_zero_as_computed_by_hand) {
   Coupled c;
   c.directions[0].information = 0.0;
   remove_spurious(c.I, c.b, Mat3::Identity(), c.directions);
@@ -186,7 +187,7 @@ TEST(RemoveSpurious, downdates_to_nothing_as_worked_by_hand) {
   EXPECT_NEAR(c.b(0), -3.0, 1e-12);
 }
 
-TEST(RemoveSpurious, downdates_by_half_as_worked_by_hand) {
+TEST(RemoveSpurious, halves_marginal_information_as_computed_by_hand) {
   Coupled c;
   c.directions[0].information = 4.875;
   remove_spurious(c.I, c.b, Mat3::Identity(), c.directions);
@@ -210,7 +211,7 @@ double information_along(const Mat6& I, const Vec3& d) {
   return d.dot(I_t * d);
 }
 
-TEST(RemoveSpurious, keeps_any_system_positive_semidefinite_and_its_solution_range) {
+TEST(RemoveSpurious, keeps_the_system_positive_semidefinite_and_its_minimum_unchanged) {
   Rng rng(1, "downdate");
   for (int k = 0; k < 30; ++k) {
     Eigen::Matrix<double, 20, 6> J;
@@ -238,7 +239,7 @@ TEST(RemoveSpurious, keeps_any_system_positive_semidefinite_and_its_solution_ran
   }
 }
 
-TEST(PhysicalAxes, axial_is_the_least_known_horizontal_direction) {
+TEST(PhysicalAxes, first_axis_is_the_least_observable_horizontal_direction) {
   Mat6 I = Mat6::Identity();
   const Vec3 along(std::cos(0.4), std::sin(0.4), 0.0);
   const Vec3 across(-std::sin(0.4), std::cos(0.4), 0.0);
@@ -254,14 +255,14 @@ TEST(PhysicalAxes, axial_is_the_least_known_horizontal_direction) {
   EXPECT_LT((physical_axes(I, kGravity, opposite, {}).col(0) + along).norm(), 1e-12);
 }
 
-TEST(PhysicalAxes, are_kept_where_no_direction_stands_out) {
+TEST(PhysicalAxes, keep_the_previous_axes_when_no_horizontal_direction_is_clearly_weakest) {
   Mat6 I = Mat6::Identity();
   I(3, 3) = 3.9;
   Axes previous = so3_exp(Vec3(0.0, 0.0, 1.0));
   EXPECT_LT((physical_axes(I, kGravity, previous, {}) - previous).norm(), 1e-12);
 }
 
-TEST(PhysicalAxes, are_kept_when_a_scan_tells_nothing) {
+TEST(PhysicalAxes, keep_the_previous_axes_when_the_scan_has_no_information) {
   const Axes previous = so3_exp(Vec3(0.0, 0.0, 1.0));
   const Axes axes = physical_axes(Mat6::Zero(), kGravity, previous, {});
   EXPECT_LT((axes - previous).norm(), 1e-12);
@@ -306,7 +307,7 @@ TEST(CategoryFilter, worsens_after_two_scans_and_recovers_after_five) {
   EXPECT_EQ(next(Category::kFull), Category::kFull);
 }
 
-TEST(CategoryFilter, reports_the_worst_translation) {
+TEST(CategoryFilter, reports_the_least_observable_translation_direction) {
   CategoryFilter filter{AwareSettings{}};
   Report report = scan_with(Category::kNone);
   filter.apply(report);

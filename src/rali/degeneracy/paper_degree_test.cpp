@@ -49,14 +49,14 @@ TEST(PaperDegree, of_a_corridor_worked_by_hand_is_3_36_along_x) {
   EXPECT_LT(angle_to_axis(d.direction_body, Vec3::UnitX()), 1e-9);
 }
 
-TEST(PaperDegree, of_the_second_moment_is_4_whatever_the_signs) {
+TEST(PaperDegree, from_second_moments_is_4_for_any_sign_of_the_normals) {
   PaperDegreeSettings free = kPrinted;
   free.normal_sign = NormalSign::kFree;
   EXPECT_NEAR(paper_degree(corridor(), kUp, free).degree, 4.0, 1e-12);
   EXPECT_NEAR(paper_degree(corridor(Vec3::UnitY()), kUp, free).degree, 4.0, 1e-12);
 }
 
-TEST(PaperDegree, changes_when_one_wall_changes_its_sign) {
+TEST(PaperDegree, changes_when_the_normals_of_one_wall_are_flipped) {
   const PaperDegree d = paper_degree(corridor(Vec3::UnitY()), kUp, kPrinted);
   EXPECT_NEAR(d.degree, 0.04 / 0.018562, 2e-4);
   EXPECT_TRUE(d.degenerate);
@@ -66,7 +66,7 @@ TEST(PaperDegree, changes_when_one_wall_changes_its_sign) {
   EXPECT_LT(angle_to_axis(d.direction_body, Vec3::UnitY()), 1e-9);
 }
 
-TEST(PaperDegree, takes_the_ratio_that_is_set) {
+TEST(PaperDegree, uses_the_configured_eigenvalue_ratio) {
   PaperDegreeSettings s = kPrinted;
   s.deg_ratio = DegreeRatio::kL1L3;
   EXPECT_NEAR(paper_degree(corridor(), kUp, s).degree, 20.0, 1e-12);
@@ -74,7 +74,7 @@ TEST(PaperDegree, takes_the_ratio_that_is_set) {
   EXPECT_NEAR(paper_degree(corridor(), kUp, s).degree, 0.80 / 0.1344, 1e-12);
 }
 
-TEST(PaperDegree, threshold_can_be_turned_round_for_many_rings) {
+TEST(PaperDegree, is_degenerate_above_the_upper_threshold_when_one_is_set) {
   PaperDegreeSettings s = kPrinted;
   s.deg_below = 0.0;
   s.deg_above = 3.0;
@@ -83,7 +83,7 @@ TEST(PaperDegree, threshold_can_be_turned_round_for_many_rings) {
   EXPECT_FALSE(paper_degree(corridor(), kUp, s).degenerate);
 }
 
-TEST(PaperDegree, of_the_horizontal_block_does_not_ask_for_the_ground) {
+TEST(PaperDegree, of_the_horizontal_block_does_not_depend_on_ground_normals) {
   // T7 without and with ground: 0.80/0.04 = 20 along y and x, independent of the vertical.
   PaperDegreeSettings s;
   s.deg_above = 15.0;
@@ -139,7 +139,7 @@ TEST(PaperDegree, is_unknown_and_degenerate_with_too_few_normals) {
   EXPECT_TRUE(paper_degree({}, kUp, any).degenerate);
 }
 
-TEST(PaperDegree, of_one_single_plane_is_infinite_or_finite_but_never_nan) {
+TEST(PaperDegree, of_a_single_plane_is_never_nan) {
   const std::vector<Vec3> plane(80, Vec3(0.6, 0.8, 0.0));
   for (const auto sign : {NormalSign::kGiven, NormalSign::kFree}) {
     for (const auto which : {DegreeRatio::kL2L3, DegreeRatio::kL1L3, DegreeRatio::kL1L2}) {
@@ -159,13 +159,13 @@ TEST(PaperDegree, leaves_out_normals_that_are_not_numbers) {
   EXPECT_NEAR(d.degree, 3.36, 1e-12);
 }
 
-TEST(PaperDegree, knows_no_horizontal_direction_without_a_vertical) {
+TEST(PaperDegree, has_no_horizontal_direction_without_an_up_vector) {
   EXPECT_FALSE(paper_degree(corridor(), Vec3::Zero(), kPrinted).direction_known);
   const Vec3 nan = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
   EXPECT_FALSE(paper_degree(corridor(), nan, kPrinted).direction_known);
 }
 
-TEST(PaperDegree, turns_with_the_body) {
+TEST(PaperDegree, is_invariant_and_its_direction_rotates_with_the_body) {
   Rng rng(11);
   for (const auto which :
        {DegreeDirection::kE3Xy, DegreeDirection::kE3, DegreeDirection::kMinHorizontal}) {

@@ -23,7 +23,7 @@ PlaneEvidence plane(const Vec3& n, const Vec3& at_m, double tilt_sd = 0.02) {
   return out;
 }
 
-TEST(Support, of_a_vehicle_ahead_is_several_planes_in_one_place) {
+TEST(Support, of_a_vehicle_ahead_is_several_planes_in_one_cluster) {
   std::vector<PlaneEvidence> planes;
   for (const double y : {-0.3, -0.1, 0.1, 0.3}) {
     planes.push_back(plane(-Vec3::UnitX(), Vec3(12.0, y, 0.2)));
@@ -37,7 +37,7 @@ TEST(Support, of_a_vehicle_ahead_is_several_planes_in_one_place) {
   EXPECT_EQ(y.clusters, kClustersMax);  // a plane per metre: every second one starts a cluster
 }
 
-TEST(Support, of_the_end_of_a_corridor_is_in_more_than_one_place) {
+TEST(Support, of_a_corridor_end_wall_is_in_two_clusters) {
   std::vector<PlaneEvidence> planes;
   for (const double y : {-1.2, -0.4, 0.4, 1.2}) {
     planes.push_back(plane(-Vec3::UnitX(), Vec3(12.0, y, 0.2)));
@@ -47,7 +47,7 @@ TEST(Support, of_the_end_of_a_corridor_is_in_more_than_one_place) {
   EXPECT_EQ(s.clusters, 2);  // -1.2 and -0.4 m; 0.4 and 1.2 m, 1.6 m and more from the first
 }
 
-TEST(Support, needs_more_than_chance_and_more_than_a_grazing_angle) {
+TEST(Support, excludes_planes_at_grazing_angles_or_within_normal_noise) {
   const auto tilted = [](double cosine) {
     return Vec3(cosine, std::sqrt(1.0 - cosine * cosine), 0.0);
   };
@@ -63,7 +63,7 @@ TEST(Support, needs_more_than_chance_and_more_than_a_grazing_angle) {
   EXPECT_EQ(planes_of(0.30, 0.106), 0);
 }
 
-TEST(Support, of_nothing_and_of_rubbish_is_nothing) {
+TEST(Support, is_zero_without_planes_or_with_nan_normals) {
   EXPECT_EQ(support_along(Vec3::UnitX(), {}, 1.5).planes, 0);
   std::vector<PlaneEvidence> planes{plane(Vec3::UnitX(), Vec3::Zero())};
   planes[0].n_odom = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());

@@ -32,7 +32,7 @@ Mat6 corridor() {
   return H;
 }
 
-TEST(ZhangFactors, of_a_corridor_worked_by_hand) {
+TEST(ZhangFactors, of_a_corridor_match_hand_computed_values) {
   // h of the floor = (b, -a, 0, 0, 0, 1); of a wall = (-+b, 0, +-a, 0, +-1, 0). Sums of squares:
   // roll 4 + 8, pitch 4 * 4, yaw 8 * 4, y 8, z 4; x and everything mixed 0.
   const ZhangFactors z(corridor());
@@ -45,14 +45,14 @@ TEST(ZhangFactors, of_a_corridor_worked_by_hand) {
   EXPECT_EQ(z.degenerate(10.0), 3);
 }
 
-TEST(ZhangFactors, depend_on_the_number_of_points_which_no_threshold_survives) {
+TEST(ZhangFactors, grow_with_the_point_count_so_no_fixed_threshold_fits) {
   const ZhangFactors once(corridor());
   const ZhangFactors four_times(4.0 * corridor());
   EXPECT_EQ(once.degenerate(10.0), 3);
   EXPECT_EQ(four_times.degenerate(10.0), 1);
 }
 
-TEST(ZhangFactors, of_rubbish_are_zero) {
+TEST(ZhangFactors, of_a_nan_matrix_are_zero) {
   Mat6 H = corridor();
   H(2, 4) = std::numeric_limits<double>::quiet_NaN();
   const ZhangFactors z(H);

@@ -86,7 +86,7 @@ TEST(KeepOneFrameEach, starts_that_are_joined_share_the_frame_of_the_first) {
       << "5 m along y of the map are 5 m along x of the turned odom";
 }
 
-TEST(KeepOneFrameEach, of_starts_that_are_apart_the_longer_one_stays_and_the_other_is_reported) {
+TEST(KeepOneFrameEach, keeps_the_longer_of_two_unconnected_starts_and_reports_the_other) {
   const FleetFacts facts = two_starts();  // two nodes, then three
   fleet::FleetEstimate estimate;
   estimate.groups = {{kSelf}, {kSelf}};
@@ -106,7 +106,7 @@ TEST(KeepOneFrameEach, of_starts_that_are_apart_the_longer_one_stays_and_the_oth
   EXPECT_EQ(frames.at(0).size(), 1U);
 }
 
-TEST(KeepOneFrameEach, a_start_in_the_map_of_others_is_worth_more_than_a_longer_one_alone) {
+TEST(KeepOneFrameEach, prefers_a_start_joined_to_other_vehicles_over_a_longer_one) {
   FleetFacts facts = two_starts();
   facts.members.push_back({"v2", true, {}, {fact(kPeer, 0, 0, 1.0, node(0.0, 0))}, 0});
   fleet::FleetEstimate estimate;
@@ -159,7 +159,7 @@ TEST(FactPath, a_start_without_a_frame_is_left_out) {
   EXPECT_EQ(run.keyframes().size(), 1U);
 }
 
-TEST(FactPath, a_degenerate_node_is_held_by_ranges_that_were_reported_lately) {
+TEST(FactPath, a_degenerate_node_is_constrained_by_ranges_reported_shortly_before) {
   const io::TestFolder folder;
   fleet::Increment degenerate = node(1.0);
   degenerate.degenerate = true;

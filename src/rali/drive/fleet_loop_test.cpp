@@ -125,7 +125,7 @@ struct Fleet {
 
 using Words = std::vector<std::string>;
 
-TEST(FleetLoop, vehicles_take_turns_by_the_time_of_their_data) {
+TEST(FleetLoop, processes_events_of_all_vehicles_in_time_order) {
   Fleet fleet(2);
   fleet.sources[0].events = {imu_at(1.0), imu_at(3.0)};
   fleet.sources[1].events = {imu_at(1.0), imu_at(2.0), imu_at(4.0)};
@@ -150,7 +150,7 @@ TEST(FleetLoop, reading_ahead_changes_nothing) {
   }
 }
 
-TEST(FleetLoop, a_range_goes_to_its_two_ends_in_order_of_time_and_to_nobody_else) {
+TEST(FleetLoop, delivers_a_range_in_time_order_to_its_two_ends_only) {
   Fleet fleet(3);
   for (ListedEvents& source : fleet.sources) source.events = {imu_at(1.0), imu_at(2.0)};
   fleet.ranges = {range(1.5, 2, 0)};
@@ -169,7 +169,7 @@ TEST(FleetLoop, a_range_of_one_recording_reaches_the_other_vehicle_too) {
                                    "1 imu 1300", "0 imu 2000", "0 end", "1 imu 2100", "1 end"}));
 }
 
-TEST(FleetLoop, the_others_hear_what_a_vehicle_says_of_itself_with_the_next_slice) {
+TEST(FleetLoop, delivers_a_peer_status_to_other_vehicles_with_the_next_slice) {
   Fleet fleet(3);
   for (ListedEvents& source : fleet.sources) source.events = {imu_at(1.0)};
   fleet.sources[0].events = {imu_at(0.5)};
@@ -185,7 +185,7 @@ TEST(FleetLoop, the_others_hear_what_a_vehicle_says_of_itself_with_the_next_slic
 }
 
 // A run must not depend on the number of threads.
-TEST(FleetLoop, vehicles_are_told_the_same_by_any_number_of_threads) {
+TEST(FleetLoop, vehicles_receive_the_same_events_with_any_number_of_threads) {
   std::vector<Words> serial;
   for (const int threads : {1, 4}) {
     Fleet fleet(3);
@@ -231,7 +231,7 @@ TEST(FleetLoop, ranges_outside_the_data_are_reported_without_a_pose) {
   EXPECT_EQ(fleet.count(RangeReason::kNoPose), 2U);
 }
 
-TEST(FleetLoop, what_can_be_no_range_is_refused_before_the_vehicles) {
+TEST(FleetLoop, refuses_invalid_unknown_and_late_ranges_before_the_vehicles) {
   Fleet fleet(2);
   for (ListedEvents& source : fleet.sources) source.events = {imu_at(1.0), imu_at(2.0)};
   fleet.options.limits_m = {0.2, 200.0};
@@ -258,7 +258,7 @@ TEST(FleetLoop, both_directions_of_one_exchange_are_one_range_and_one_duplicate)
   EXPECT_EQ(fleet.log.tally().total, 5U) << "each stands in the table";
 }
 
-TEST(FleetLoop, without_a_common_clock_there_are_no_ranges_and_no_words) {
+TEST(FleetLoop, without_a_common_clock_delivers_no_ranges_and_no_peer_status) {
   Fleet fleet(2);
   fleet.sources[0].events = {imu_at(1.0)};
   fleet.sources[1].events = {imu_at(90000.0)};
@@ -271,7 +271,7 @@ TEST(FleetLoop, without_a_common_clock_there_are_no_ranges_and_no_words) {
   EXPECT_EQ(fleet.count(RangeReason::kNoPose), 1U);
 }
 
-TEST(FleetLoop, a_strict_run_ends_the_lost_vehicle_alone) {
+TEST(FleetLoop, a_strict_run_ends_only_the_diverged_vehicle) {
   Fleet fleet(2);
   for (ListedEvents& source : fleet.sources) source.events = {imu_at(1.0), imu_at(2.0)};
   fleet.answers = [](std::size_t i, const vehicle::Event& event, vehicle::OutputList& out) {
@@ -293,7 +293,7 @@ TEST(FleetLoop, a_stop_finishes_every_vehicle) {
   EXPECT_TRUE(fleet.ends[0].interrupted && fleet.ends[1].interrupted);
 }
 
-TEST(FleetLoop, the_answer_of_the_vehicle_that_used_a_range_is_kept) {
+TEST(FleetLoop, keeps_the_result_of_the_vehicle_that_used_a_range) {
   Fleet fleet(2);
   for (ListedEvents& source : fleet.sources) source.events = {imu_at(1.0), imu_at(3.0)};
   fleet.ranges = {range(2.0, 0, 1)};

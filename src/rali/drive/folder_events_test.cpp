@@ -48,7 +48,7 @@ bool holds(const std::string& text, const char* part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST(FolderEvents, refuse_inertial_data_that_gives_no_sample) {
+TEST(FolderEvents, refuse_inertial_data_with_at_most_one_usable_row) {
   const io::TestFolder folder;
   write_scans(folder);
   folder.write("imu.csv", imu_rows(99.8, 0.01, "nan,nan,nan,nan,nan,nan"));
@@ -59,7 +59,7 @@ TEST(FolderEvents, refuse_inertial_data_that_gives_no_sample) {
   EXPECT_TRUE(holds(refusal(folder), "1 of its 100 rows can be used")) << refusal(folder);
 }
 
-TEST(FolderEvents, refuse_inertial_data_of_another_time) {
+TEST(FolderEvents, refuse_inertial_data_outside_the_time_of_the_scans) {
   const io::TestFolder folder;
   write_scans(folder);
   folder.write("imu.csv", imu_rows(50.0, 0.01, "0,0,0,0,0,9.81"));
@@ -70,7 +70,7 @@ TEST(FolderEvents, refuse_inertial_data_of_another_time) {
   EXPECT_EQ(refusal(folder), "accepted");
 }
 
-TEST(FolderEvents, say_why_no_cloud_can_be_read) {
+TEST(FolderEvents, report_why_no_cloud_can_be_read) {
   const io::TestFolder folder;
   folder.write("0.bin", "");
   folder.write("1.bin", "");
@@ -86,7 +86,7 @@ void drain(ReportedSource& source) {
   }
 }
 
-TEST(FolderEvents, sort_inertial_rows_and_count_what_is_too_late_for_it) {
+TEST(FolderEvents, sort_inertial_rows_and_count_those_too_late_to_sort) {
   const io::TestFolder folder;
   write_scans(folder);
   std::string rows = imu_rows(99.8, 0.01, "0,0,0,0,0,9.81");
@@ -124,7 +124,7 @@ TEST(FolderEvents, an_empty_cloud_is_a_missing_scan) {
   EXPECT_TRUE((*source)->report().gaps.damaged) << "exit code 3, as for a file that is cut";
 }
 
-TEST(FolderEvents, count_a_cut_scan_as_damage) {
+TEST(FolderEvents, count_a_truncated_scan_as_damage) {
   const io::TestFolder folder;
   write_scans(folder);
   folder.write("2.bin", ring_of_points().substr(0, 16 * 400 + 5));

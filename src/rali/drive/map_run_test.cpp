@@ -38,7 +38,7 @@ MapJob faulty_job(const io::TestFolder& folder) {
   return job;
 }
 
-TEST(MapRun, an_internal_fault_leaves_a_log_and_a_status_that_says_so) {
+TEST(MapRun, an_internal_error_leaves_a_log_and_the_status_failed) {
   const io::TestFolder folder;
   SilentSink sink;
   const std::atomic<bool> stop{false};
@@ -51,7 +51,7 @@ TEST(MapRun, an_internal_fault_leaves_a_log_and_a_status_that_says_so) {
   EXPECT_TRUE(status["files"].contains("trajectory/v1.tum")) << "what is whole is kept";
 }
 
-TEST(MapRun, a_fault_before_the_folder_is_touched_leaves_it_alone) {
+TEST(MapRun, a_missing_input_creates_no_output_folder) {
   const io::TestFolder folder;
   MapJob job = faulty_job(folder);
   job.vehicles.front().inputs = {folder.path("none.bag")};
@@ -84,7 +84,7 @@ MapJob full_job(const io::TestFolder& folder) {
   return job;
 }
 
-TEST(MapRun, georeference_imu_rate_and_diagnostics_reach_the_folder) {
+TEST(MapRun, writes_georeference_imu_rate_trajectory_and_diagnostics) {
   const io::TestFolder folder;
   SilentSink sink;
   const std::atomic<bool> stop{false};
@@ -117,7 +117,7 @@ TEST(MapRun, georeference_imu_rate_and_diagnostics_reach_the_folder) {
   EXPECT_GE(diagnostics->messages.value_or(0), 6U) << "once a second";
 }
 
-TEST(MapRun, trajectory_is_of_the_point_that_was_asked_for) {
+TEST(MapRun, trajectory_is_that_of_the_configured_point) {
   const io::TestFolder folder;
   MapJob job = full_job(folder);
   job.marks.clear();

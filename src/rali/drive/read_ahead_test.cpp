@@ -31,7 +31,7 @@ class Counter final : public EventSource {
   int n_, fault_at_, given_ = 0;
 };
 
-TEST(ReadAhead, hands_out_the_same_events_in_the_same_order) {
+TEST(ReadAhead, returns_the_same_events_in_the_same_order) {
   Counter source(100);
   ReadAhead ahead(source);
   for (int i = 1; i <= 100; ++i) {
@@ -44,13 +44,13 @@ TEST(ReadAhead, hands_out_the_same_events_in_the_same_order) {
   EXPECT_FALSE(*ahead.next()) << "the end stays the end";
 }
 
-TEST(ReadAhead, stops_when_it_goes_away_in_the_midst) {
+TEST(ReadAhead, can_be_destroyed_before_the_end_of_its_source) {
   Counter source(1000000);
   ReadAhead ahead(source);
   EXPECT_TRUE(*ahead.next());
 }
 
-TEST(ReadAhead, hands_a_fault_of_ours_to_the_caller) {
+TEST(ReadAhead, rethrows_an_internal_error_to_the_caller) {
   Counter source(10, 3);
   ReadAhead ahead(source);
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(*ahead.next());

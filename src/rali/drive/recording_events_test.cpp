@@ -19,7 +19,7 @@ InputOptions with_ranges() {
   return options;
 }
 
-TEST(RecordingEvents, ranges_of_a_named_topic_come_in_between_and_change_nothing_else) {
+TEST(RecordingEvents, ranges_of_a_named_topic_are_merged_without_changing_other_events) {
   const io::TestFolder folder;
   FakeRecording recording;
   recording.add_seconds(1000.0, 4.0, as_is);
@@ -44,7 +44,7 @@ TEST(RecordingEvents, ranges_of_a_named_topic_come_in_between_and_change_nothing
   EXPECT_EQ((*source)->report().gaps.late, (*plain)->report().gaps.late);
 }
 
-TEST(RecordingEvents, ranges_stamped_by_the_recorder_are_moved_to_the_clock_of_the_sensors) {
+TEST(RecordingEvents, ranges_stamped_by_the_recorder_are_converted_to_the_sensor_clock) {
   const io::TestFolder folder;
   FakeRecording recording;
   const auto boot_clock = [](double t, bool /*imu*/) { return t - 900.0; };
@@ -59,7 +59,7 @@ TEST(RecordingEvents, ranges_stamped_by_the_recorder_are_moved_to_the_clock_of_t
   EXPECT_NEAR(d.ranges[0].s(), 1002.0 + offset_s, 0.2);
 }
 
-TEST(RecordingEvents, hands_out_everything_once_and_in_order) {
+TEST(RecordingEvents, returns_every_event_once_and_in_order) {
   const io::TestFolder folder;
   FakeRecording recording;
   recording.add_seconds(1000.0, 6.0, as_is);
@@ -78,7 +78,7 @@ TEST(RecordingEvents, hands_out_everything_once_and_in_order) {
   EXPECT_NEAR(d.last_scan.s(), 1005.99, 2e-3);
 }
 
-TEST(RecordingEvents, keeps_start_duration_and_the_time_offset) {
+TEST(RecordingEvents, applies_start_duration_and_the_lidar_time_offset) {
   const io::TestFolder folder;
   FakeRecording recording;
   recording.add_seconds(1000.0, 6.0, as_is);
@@ -95,7 +95,7 @@ TEST(RecordingEvents, keeps_start_duration_and_the_time_offset) {
   EXPECT_NEAR(std::fmod(d.first_scan.s() - 1000.0, 0.1), 0.015, 2e-3) << "0.09 + 0.025 s";
 }
 
-TEST(RecordingEvents, closes_a_clock_jump_of_both_sensors_alike) {
+TEST(RecordingEvents, removes_a_common_clock_jump_of_both_sensors) {
   const io::TestFolder folder;
   FakeRecording recording;
   recording.add_seconds(1000.0, 8.0, [](double t, bool) { return t < 1005.0 ? t : t + 500.0; });
@@ -161,7 +161,7 @@ TEST(RecordingEvents, reads_two_recordings_in_a_row_and_counts_the_pause) {
   EXPECT_EQ((*source)->report().gaps.jumps, 0U);
 }
 
-TEST(RecordingEvents, goes_on_to_the_cut_and_says_that_data_is_missing) {
+TEST(RecordingEvents, reads_a_truncated_file_to_its_end_and_reports_damage) {
   const io::TestFolder folder;
   FakeRecording recording;
   recording.add_seconds(1000.0, 6.0, as_is);
@@ -177,7 +177,7 @@ TEST(RecordingEvents, goes_on_to_the_cut_and_says_that_data_is_missing) {
   EXPECT_TRUE(d.ordered);
 }
 
-TEST(RecordingEvents, refuses_a_lidar_that_is_given_upside_down) {
+TEST(RecordingEvents, refuses_extrinsics_that_turn_the_lidar_upside_down) {
   const io::TestFolder folder;
   FakeRecording recording;
   recording.add_seconds(1000.0, 4.0, as_is);

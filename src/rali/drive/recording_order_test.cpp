@@ -42,7 +42,7 @@ std::vector<Message> messages_of(double seconds, Mixed mixed) {
   return messages;
 }
 
-TEST(RecordingOrder, maps_every_scan_of_a_file_that_is_out_of_order_on_its_own_stamp) {
+TEST(RecordingOrder, returns_all_scans_of_an_unordered_file_sorted_by_stamp) {
   for (const Mixed mixed :
        {Mixed::kReversed, Mixed::kShuffled, Mixed::kHalvesSwapped, Mixed::kByTopic}) {
     const io::TestFolder folder;
@@ -63,7 +63,7 @@ TEST(RecordingOrder, maps_every_scan_of_a_file_that_is_out_of_order_on_its_own_s
   }
 }
 
-TEST(RecordingOrder, sorts_by_header_where_the_recorder_wrote_the_order_of_the_file) {
+TEST(RecordingOrder, sorts_by_header_if_record_times_only_follow_the_file_order) {
   for (const bool still : {false, true}) {
     const io::TestFolder folder;
     FakeRecording recording;
@@ -82,7 +82,7 @@ TEST(RecordingOrder, sorts_by_header_where_the_recorder_wrote_the_order_of_the_f
   }
 }
 
-TEST(RecordingOrder, closes_a_clock_that_was_set_back_in_headers_and_record_times_alike) {
+TEST(RecordingOrder, removes_a_backward_clock_jump_in_headers_and_record_times) {
   const io::TestFolder folder;
   FakeRecording recording;
   recording.add_seconds(1000.0, 5.0, as_is);
@@ -95,7 +95,7 @@ TEST(RecordingOrder, closes_a_clock_that_was_set_back_in_headers_and_record_time
   EXPECT_EQ((*source)->report().gaps.late, 0U);
 }
 
-TEST(RecordingOrder, scans_that_come_too_late_are_lost_and_the_run_says_so) {
+TEST(RecordingOrder, counts_scans_beyond_the_ordering_window_as_lost) {
   const io::TestFolder folder;
   FakeRecording recording(64U << 20);  // a single chunk has no index that shows the order
   std::vector<Message> messages = messages_of(8.0, Mixed::kReversed);
@@ -129,7 +129,7 @@ TEST(RecordingOrder, files_in_the_wrong_order_are_read_in_order_of_time) {
   EXPECT_EQ((*source)->report().gaps.jumps, 0U);
 }
 
-TEST(RecordingOrder, scans_without_a_number_are_missing_and_the_run_has_gaps) {
+TEST(RecordingOrder, counts_scans_with_only_nan_points_as_missing) {
   const io::TestFolder folder;
   FakeRecording recording;
   recording.add_seconds(1000.0, 3.0, as_is);

@@ -13,7 +13,7 @@ VehicleSummary measured(double accel, double gyro) {
   return vehicle;
 }
 
-TEST(NoiseFindings, a_noise_that_is_stated_far_too_low_or_too_high_is_reported_with_both_figures) {
+TEST(NoiseFindings, reports_stated_noise_that_is_far_from_the_measured_noise) {
   const FindingList low = noise_findings(measured(0.108, 0.003));
   ASSERT_EQ(low.size(), 1U);
   EXPECT_EQ(low[0].text,
@@ -27,7 +27,7 @@ TEST(NoiseFindings, a_noise_that_is_stated_far_too_low_or_too_high_is_reported_w
             "gyro noise while driving is 0.0006 rad/s/rtHz, 0.2 times what imu.noise states");
 }
 
-TEST(NoiseFindings, within_a_factor_of_three_or_without_a_measurement_nothing_is_reported) {
+TEST(NoiseFindings, reports_nothing_within_a_factor_of_3_or_without_a_measurement) {
   EXPECT_TRUE(noise_findings(measured(0.085, 0.0011)).empty());
   VehicleSummary standing = measured(0.0, 0.0);
   standing.imu_noise = {};

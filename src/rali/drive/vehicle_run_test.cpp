@@ -55,7 +55,7 @@ TEST(LevelFrame, is_the_identity_where_odom_is_level_already) {
   EXPECT_TRUE(T_map_local.p.isZero());
 }
 
-TEST(VehicleRun, writes_what_came_and_reads_keyframes_back) {
+TEST(VehicleRun, writes_all_poses_to_odometry_but_diverged_keyframes_not_to_the_map) {
   const io::TestFolder folder;
   Result<VehicleRun> run = VehicleRun::start("v1", folder.path(), nullptr);
   ASSERT_TRUE(run);
@@ -93,7 +93,7 @@ TEST(VehicleRun, writes_what_came_and_reads_keyframes_back) {
   EXPECT_EQ(io::parse_tum(text, "trajectory")->poses.size(), 2U);
 }
 
-TEST(VehicleRun, frame_is_levelled_only_by_a_vehicle_that_knows_gravity) {
+TEST(VehicleRun, a_frame_is_levelled_only_with_inertial_data_in_its_group) {
   const io::TestFolder folder;
   std::vector<VehicleRun> runs;
   for (const bool inertial : {false, true, false}) {
@@ -122,7 +122,7 @@ TEST(VehicleRun, frame_is_levelled_only_by_a_vehicle_that_knows_gravity) {
   EXPECT_EQ(io::is_levelled(io::parse_tum(text, "v3.tum")->header), false);
 }
 
-TEST(VehicleRun, leaves_readable_odometry_without_an_orderly_end) {
+TEST(VehicleRun, leaves_readable_odometry_if_it_is_not_finished) {
   const io::TestFolder folder;
   {
     Result<VehicleRun> run = VehicleRun::start("v1", folder.path(), nullptr);
@@ -138,7 +138,7 @@ TEST(VehicleRun, leaves_readable_odometry_without_an_orderly_end) {
   EXPECT_GE(tum->poses.size(), 200U) << "at most 10 s of data late";
 }
 
-TEST(VehicleRun, says_where_the_disk_failed) {
+TEST(VehicleRun, reports_a_folder_that_cannot_be_created) {
   const io::TestFolder folder;
   folder.write("odometry", "a file where the folder should be");
   const Result<VehicleRun> run = VehicleRun::start("v1", folder.path(), nullptr);

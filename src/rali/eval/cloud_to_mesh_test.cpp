@@ -56,7 +56,7 @@ class BackwardsExecutor final : public Executor {
   }
 };
 
-TEST(CloudToMesh, five_points_over_a_plate_have_the_hand_worked_statistics) {
+TEST(CloudToMesh, five_points_over_a_plate_match_hand_computed_statistics) {
   const PointList points{Vec3(.5, .5, .1), Vec3(.5, .5, -.2), Vec3(1.3, .5, .4), Vec3(2, 2, 0),
                          Vec3(0, 0, 0)};
   const TriangleMesh mesh = plate();
@@ -77,7 +77,7 @@ TEST(CloudToMesh, five_points_over_a_plate_have_the_hand_worked_statistics) {
   EXPECT_EQ(c.beyond, 1U);
 }
 
-TEST(CloudToMesh, tree_finds_what_looking_at_all_triangles_finds) {
+TEST(CloudToMesh, tree_agrees_with_brute_force_over_all_triangles) {
   Rng rng(7, "soup");
   const TriangleMesh mesh = random_soup(400, rng);
   const TriangleTree tree(mesh);
@@ -113,7 +113,7 @@ TEST(CloudToMesh, tree_is_exact_far_from_the_origin_too) {
   }
 }
 
-TEST(CloudToMesh, of_equally_near_triangles_the_first_counts) {
+TEST(CloudToMesh, nearest_of_equidistant_triangles_is_the_first) {
   TriangleMesh mesh = plate();
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 2, 3}, {0, 1, 2}};
   const TriangleTree tree(mesh);
@@ -121,7 +121,7 @@ TEST(CloudToMesh, of_equally_near_triangles_the_first_counts) {
   EXPECT_EQ(tree.nearest(Vec3(0.2, 0.6, 0.1)).triangle, 1U);
 }
 
-TEST(CloudToMesh, closest_point_is_nearer_than_any_point_of_a_fine_net_on_the_triangle) {
+TEST(CloudToMesh, closest_point_is_no_farther_than_any_sampled_triangle_point) {
   Rng rng(3, "net");
   for (int i = 0; i < 40; ++i) {
     const auto any = [&] {
@@ -141,14 +141,14 @@ TEST(CloudToMesh, closest_point_is_nearer_than_any_point_of_a_fine_net_on_the_tr
   }
 }
 
-TEST(CloudToMesh, a_thousand_equal_triangles_do_not_break_the_tree) {
+TEST(CloudToMesh, tree_handles_a_thousand_identical_triangles) {
   TriangleMesh mesh = plate();
   mesh.triangles.assign(1000, {0, 1, 2});
   const TriangleTree tree(mesh);
   EXPECT_NEAR(tree.nearest(Vec3(0.6, 0.2, 3.0)).distance_m, 3.0, 1e-15);
 }
 
-TEST(CloudToMesh, result_is_the_same_in_any_order_of_work) {
+TEST(CloudToMesh, result_does_not_depend_on_the_block_execution_order) {
   Rng rng(5, "order");
   const TriangleMesh mesh = random_soup(200, rng);
   const TriangleTree tree(mesh);
@@ -163,7 +163,7 @@ TEST(CloudToMesh, result_is_the_same_in_any_order_of_work) {
   EXPECT_EQ(a.completeness, b.completeness);
 }
 
-TEST(CloudToMesh, half_a_mapped_plate_is_half_complete) {
+TEST(CloudToMesh, completeness_of_a_half_mapped_plate_is_0_5) {
   TriangleMesh mesh = plate();
   for (Vec3& v : mesh.vertices) v *= 10.0;
   PointList points;
@@ -178,7 +178,7 @@ TEST(CloudToMesh, half_a_mapped_plate_is_half_complete) {
   EXPECT_NEAR(c.all.max, 0.0, 1e-12);
 }
 
-TEST(CloudToMesh, points_that_are_no_numbers_are_counted_and_left_out) {
+TEST(CloudToMesh, counts_and_ignores_non_finite_points) {
   const double nan = std::nan("");
   const PointList points{Vec3(nan, 0, 0), Vec3(0.5, 0.5, 0.3), Vec3(0, 1.0 / 0.0, 0)};
   const TriangleMesh mesh = plate();
@@ -191,7 +191,7 @@ TEST(CloudToMesh, points_that_are_no_numbers_are_counted_and_left_out) {
   EXPECT_EQ(cloud_to_mesh({}, SE3{}, mesh, tree, {}, serial).all.count, 0U);
 }
 
-TEST(Mesh, what_is_no_mesh_is_refused_by_name) {
+TEST(Mesh, refuses_invalid_meshes_and_names_the_defect) {
   TriangleMesh mesh = plate();
   EXPECT_TRUE(check_mesh(mesh, "m.ply"));
   mesh.triangles.push_back({0, 1, 4000000000U});
@@ -205,7 +205,7 @@ TEST(Mesh, what_is_no_mesh_is_refused_by_name) {
   EXPECT_NE(check_mesh(mesh, "m.ply").error().message().find("metres"), std::string::npos);
 }
 
-TEST(Mesh, samples_are_spread_by_area) {
+TEST(Mesh, samples_are_distributed_in_proportion_to_area) {
   TriangleMesh mesh = plate();
   mesh.vertices.insert(mesh.vertices.end(), {Vec3(5, 0, 0), Vec3(8, 0, 0), Vec3(5, 2, 0)});
   mesh.triangles.push_back({4, 5, 6});  // 3 square metres beside 1
@@ -217,7 +217,7 @@ TEST(Mesh, samples_are_spread_by_area) {
   EXPECT_EQ(sample_surface(mesh, 0.001, 500).size(), 500U);
 }
 
-TEST(MeshIcp, a_shifted_and_turned_room_is_laid_back) {
+TEST(MeshIcp, aligns_a_shifted_and_rotated_room) {
   const TriangleMesh mesh = room(6.0, 4.0, 2.5);
   const TriangleTree tree(mesh);
   const PointList points = sample_surface(mesh, 0.1, 100000);
@@ -233,7 +233,7 @@ TEST(MeshIcp, a_shifted_and_turned_room_is_laid_back) {
   EXPECT_LT(geometry::so3_log(icp->T_mesh_cloud.R).norm(), 1e-4);
 }
 
-TEST(MeshIcp, a_tenth_of_strange_points_does_not_pull) {
+TEST(MeshIcp, is_robust_to_8_percent_outliers) {
   const TriangleMesh mesh = room(6.0, 4.0, 2.5);
   const TriangleTree tree(mesh);
   PointList points = sample_surface(mesh, 0.1, 100000);
@@ -245,7 +245,7 @@ TEST(MeshIcp, a_tenth_of_strange_points_does_not_pull) {
   EXPECT_LT(icp->T_mesh_cloud.p.norm(), 5e-3);
 }
 
-TEST(MeshIcp, directions_a_plate_does_not_tell_stay_as_given) {
+TEST(MeshIcp, keeps_the_start_pose_along_unobservable_directions_of_a_plate) {
   TriangleMesh mesh = plate();
   for (Vec3& v : mesh.vertices) v = 100.0 * (v - Vec3(0.5, 0.5, 0.0));
   const TriangleTree tree(mesh);

@@ -29,7 +29,7 @@ PairList climbing() {
   return pairs;
 }
 
-TEST(Drift, is_the_distance_of_the_ends_when_the_beginnings_coincide) {
+TEST(Drift, is_the_end_point_distance_after_aligning_the_start_poses) {
   const Drift d = drift(climbing(), SE3{});
   EXPECT_NEAR(d.final_m, std::sqrt(0.01 + 0.25), 1e-12);
   EXPECT_NEAR(d.path_m, 10.0, 1e-12);
@@ -37,12 +37,12 @@ TEST(Drift, is_the_distance_of_the_ends_when_the_beginnings_coincide) {
   EXPECT_NEAR(*d.z_m, 0.5, 1e-12);
 }
 
-TEST(Drift, has_no_height_between_frames_that_are_not_both_level) {
+TEST(Drift, has_no_height_error_unless_both_frames_are_level) {
   const SE3 tilted{geometry::rotation_from_rpy(0.5 * std::numbers::pi, 0.0, 0.0), Vec3::Zero()};
   EXPECT_FALSE(drift(climbing(), tilted).z_m);
 }
 
-TEST(DegenerateErrors, are_split_along_and_across_the_direction_in_map) {
+TEST(DegenerateErrors, are_split_along_and_across_the_degenerate_direction) {
   // The map is rotated by 90 degrees: its x axis is the ground truth's y axis.
   const SE3 T_ref_est = at(0.0, 0.0, 0.0, 0.5 * std::numbers::pi);
   PairList pairs;
@@ -55,7 +55,7 @@ TEST(DegenerateErrors, are_split_along_and_across_the_direction_in_map) {
   EXPECT_NEAR(errors[0].across_m, 0.05, 1e-12);
 }
 
-TEST(TimeShift, poses_that_are_stamped_too_early_are_found_by_their_speed) {
+TEST(TimeShift, finds_poses_stamped_30_ms_too_early) {
   PairList pairs;
   for (int i = 0; i < 100; ++i) {
     const double t = 0.1 * i;
@@ -72,7 +72,7 @@ TEST(TimeShift, poses_that_are_stamped_too_early_are_found_by_their_speed) {
   EXPECT_FALSE(time_shift({pairs[0], pairs[0], pairs[0]}, SE3{}));
 }
 
-TEST(TimeShift, what_the_alignment_has_taken_for_it_counts_and_a_straight_way_shows_nothing) {
+TEST(TimeShift, finds_an_offset_absorbed_by_alignment_but_none_on_a_straight_path) {
   PairList bend, straight;
   for (int i = 0; i < 200; ++i) {
     const double t = 0.1 * i;
@@ -90,7 +90,7 @@ TEST(TimeShift, what_the_alignment_has_taken_for_it_counts_and_a_straight_way_sh
   EXPECT_FALSE(time_shift(straight, SE3{}));
 }
 
-TEST(ErrorsBetween, do_not_care_about_the_frame_but_about_the_vehicles_places_in_it) {
+TEST(ErrorsBetween, are_independent_of_the_frame_but_show_relative_vehicle_errors) {
   const SE3 frame = at(10.0, -3.0, 1.0, 0.8);
   PairList a, b;
   for (int i = 0; i < 5; ++i) {
@@ -104,7 +104,7 @@ TEST(ErrorsBetween, do_not_care_about_the_frame_but_about_the_vehicles_places_in
   EXPECT_TRUE(errors_between(a, {}, 0.25).empty());
 }
 
-TEST(Nees, bounds_and_gates_are_those_of_the_tables) {
+TEST(Nees, bounds_and_gates_agree_with_published_tables) {
   EXPECT_NEAR(nees_bounds(100, 3).low, 2.539, 5e-4);
   EXPECT_NEAR(nees_bounds(100, 3).high, 3.499, 5e-4);
   EXPECT_NEAR(nees_bounds(50, 6).low, 5.078, 5e-4);

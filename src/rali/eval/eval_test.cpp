@@ -39,7 +39,7 @@ PairList square() {
   return pairs;
 }
 
-TEST(Alignment, square_with_one_raised_corner_has_the_hand_worked_errors) {
+TEST(Alignment, of_a_square_with_a_raised_corner_matches_hand_computed_errors) {
   const PairList pairs = square();
   const auto T = align(pairs, Alignment::kSe3);
   ASSERT_TRUE(T.has_value());
@@ -64,7 +64,7 @@ TEST(Alignment, yaw_alignment_keeps_the_vertical) {
   EXPECT_NEAR(z[3], 0.15, 1e-12);
 }
 
-TEST(Alignment, origin_brings_the_first_poses_together) {
+TEST(Alignment, origin_alignment_makes_the_first_poses_coincide) {
   const PairList pairs = square();
   const auto T = align(pairs, Alignment::kOrigin);
   ASSERT_TRUE(T.has_value());
@@ -90,7 +90,7 @@ TEST(Alignment, positions_on_a_line_are_refused_for_se3) {
   EXPECT_TRUE(align(pairs, Alignment::kYaw).has_value());
 }
 
-TEST(Alignment, one_transform_for_the_fleet_shows_a_shift_that_single_ones_hide) {
+TEST(Alignment, one_fleet_transform_reveals_a_shift_that_separate_ones_hide) {
   // Two perfect lines 4 m apart; the second vehicle's estimate is shifted by 0.6 m laterally.
   PairList first;
   PairList second;
@@ -107,7 +107,7 @@ TEST(Alignment, one_transform_for_the_fleet_shows_a_shift_that_single_ones_hide)
   EXPECT_NEAR(translation_statistics(absolute_errors(fleet, *together)).rmse, 0.300, 1e-9);
 }
 
-TEST(RelativeErrors, a_step_of_two_percent_and_two_degrees_is_seen_once) {
+TEST(RelativeErrors, report_a_step_of_two_percent_and_two_degrees_once) {
   PairList pairs;
   SE3 est = pose(0, 0, 0);
   for (int i = 0; i < 4; ++i) {
@@ -122,7 +122,7 @@ TEST(RelativeErrors, a_step_of_two_percent_and_two_degrees_is_seen_once) {
   EXPECT_NEAR(errors[2].rotation_rad, 0.0, 1e-9);
 }
 
-TEST(RelativeErrors, consecutive_pieces_do_not_overlap_and_short_ways_give_none) {
+TEST(RelativeErrors, consecutive_segments_do_not_overlap_and_short_paths_give_none) {
   PairList pairs;
   for (int i = 0; i <= 20; ++i)
     pairs.push_back(pair_of(i, pose(0.5 * i, 0, 0), pose(0.5 * i, 0, 0)));
@@ -133,14 +133,14 @@ TEST(RelativeErrors, consecutive_pieces_do_not_overlap_and_short_ways_give_none)
   EXPECT_TRUE(relative_errors({}, {1.0, true, 0.1}).empty());
 }
 
-TEST(RelativeErrors, a_stop_of_the_vehicle_is_no_way) {
+TEST(RelativeErrors, standstill_adds_no_distance_travelled) {
   PairList pairs;
   for (int i = 0; i < 10; ++i) pairs.push_back(pair_of(i, pose(0, 0, 0), pose(0, 0, 0)));
   pairs.push_back(pair_of(10, pose(1, 0, 0), pose(1, 0, 0)));
   EXPECT_EQ(relative_errors(pairs, {1.0, true, 0.1}).size(), 10U);
 }
 
-TEST(AlongPath, slipping_back_in_a_corridor_has_a_negative_sign) {
+TEST(AlongPath, error_is_negative_when_the_estimate_lags_behind) {
   PairList pairs;
   for (int i = 0; i <= 10; ++i) {
     pairs.push_back(pair_of(i, pose(0.0, 0.9 * i, 0.0), pose(0.0, i, 0.0)));
@@ -150,7 +150,7 @@ TEST(AlongPath, slipping_back_in_a_corridor_has_a_negative_sign) {
   EXPECT_NEAR(e[10], -1.0, 1e-12);
 }
 
-TEST(Statistics, four_numbers_by_hand) {
+TEST(Statistics, of_four_numbers_match_hand_computed_values) {
   const Statistics s = statistics({1.0, 4.0, 2.0, 3.0});
   EXPECT_DOUBLE_EQ(s.mean, 2.5);
   EXPECT_DOUBLE_EQ(s.median, 2.5);
@@ -173,7 +173,7 @@ TEST(Statistics, chi_square_quantiles_are_those_of_printed_tables) {
   EXPECT_NEAR(nees_bounds(100, 6).high, 6.698, 5e-4);
 }
 
-TEST(Consistency, errors_of_one_sigma_in_each_direction_give_the_dimension) {
+TEST(Consistency, nees_of_one_sigma_errors_equals_the_dimension) {
   const SE3 est = pose(1, 2, 3, 40.0);
   Mat6 P = Mat6::Zero();
   P.diagonal() << 1e-4, 4e-4, 9e-4, 0.01, 0.04, 0.09;
@@ -184,7 +184,7 @@ TEST(Consistency, errors_of_one_sigma_in_each_direction_give_the_dimension) {
   EXPECT_NEAR(nees_position(est, truth, P).value(), 3.0, 1e-9);
 }
 
-TEST(Consistency, a_covariance_that_is_none_is_counted_not_used) {
+TEST(Consistency, invalid_covariances_are_counted_but_not_used) {
   const PairList pairs{pair_of(0, pose(0, 0, 0), pose(0, 0, 0)),
                        pair_of(1, pose(1, 0, 0), pose(1, 0, 0)),
                        pair_of(2, pose(2, 0, 0), pose(2.1, 0, 0))};
@@ -198,7 +198,7 @@ TEST(Consistency, a_covariance_that_is_none_is_counted_not_used) {
   EXPECT_EQ(c.fraction_within_95, 1.0);
 }
 
-TEST(Association, nearest_within_ten_milliseconds) {
+TEST(Association, pairs_the_nearest_pose_within_10_ms) {
   const PoseList ref{{Time::from_s(1.0), pose(1, 0, 0)}, {Time::from_s(2.0), pose(2, 0, 0)}};
   const PoseList est{{Time::from_s(0.995), pose(0, 0, 0)},
                      {Time::from_s(1.5), pose(0, 0, 0)},
@@ -211,7 +211,7 @@ TEST(Association, nearest_within_ten_milliseconds) {
   EXPECT_EQ(a->unmatched, 1U);
 }
 
-TEST(Association, interpolation_stops_at_gaps_and_ends) {
+TEST(Association, does_not_interpolate_across_gaps_or_beyond_ends) {
   const PoseList ref{{Time::from_s(1.0), pose(1, 0, 0)},
                      {Time::from_s(1.2), pose(2, 0, 0, 20.0)},
                      {Time::from_s(3.0), pose(3, 0, 0)}};
@@ -227,7 +227,7 @@ TEST(Association, interpolation_stops_at_gaps_and_ends) {
   EXPECT_EQ(a->pairs[1].est_index, 3U);
 }
 
-TEST(Association, unsorted_times_and_strange_clocks_are_errors) {
+TEST(Association, refuses_unsorted_times_and_non_overlapping_clocks) {
   const PoseList good{{Time::from_s(1.0), pose(1, 0, 0)}, {Time::from_s(2.0), pose(2, 0, 0)}};
   const PoseList twice{{Time::from_s(1.0), pose(1, 0, 0)}, {Time::from_s(1.0), pose(2, 0, 0)}};
   const PoseList later{{Time::from_s(100.0), pose(1, 0, 0)}};

@@ -97,7 +97,7 @@ TEST(Evo, relative_errors_are_those_of_evo_rpe) {
              {7, 2.53696216332784, 3.91643063806265});
 }
 
-TEST(Evo, a_truth_with_fewer_poses_is_paired_from_as_evo_does) {
+TEST(Evo, pairs_from_a_shorter_ground_truth_as_evo_does) {
   const auto found = associate(estimate_list(), truth_list(100), {});
   ASSERT_TRUE(found);
   ASSERT_EQ(found->pairs.size(), 90U);

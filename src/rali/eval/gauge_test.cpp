@@ -28,7 +28,7 @@ PosePair pair_of(double t_s, const SE3& est, const SE3& ref) {
   return {Time::from_s(t_s), est, ref, 0};
 }
 
-TEST(Gauge, error_is_relative_to_the_reference_pose_by_hand) {
+TEST(Gauge, nees_relative_to_the_reference_pose_matches_hand_computed_values) {
   // The reference is at (1, 0, 0) in map, heading along y; in the world it is at the origin.
   const Gauge gauge = gauge_of(pair_of(1.0, pose(1, 0, 0, 90.0), pose(0, 0, 0)));
   // 10 m ahead: at (1, 10, 0) in map. The estimate is 0.3 m too far with a sigma of 0.1 m.
@@ -39,14 +39,14 @@ TEST(Gauge, error_is_relative_to_the_reference_pose_by_hand) {
   EXPECT_NEAR(*nees_pose(pose(1, 10.3, 0, 90.0), truth, P), 9.0, 1e-9);
 }
 
-TEST(Gauge, an_error_of_the_reference_is_an_error_of_all_others) {
+TEST(Gauge, heading_error_of_the_reference_shifts_all_other_poses) {
   // The estimated reference is rotated by 1 degree: a lateral error of 0.1745 m at 10 m ahead.
   const Gauge gauge = gauge_of(pair_of(1.0, pose(0, 0, 0, 1.0), pose(0, 0, 0)));
   const SE3 truth = gauge.T_est_ref * pose(10, 0, 0);
   EXPECT_NEAR((truth.p - Vec3(10, 0, 0)).norm(), 10.0 * kDegree, 1e-4);
 }
 
-TEST(Gauge, who_has_not_left_the_reference_is_the_reference) {
+TEST(Gauge, holds_only_while_estimate_and_ground_truth_stay_at_the_reference) {
   const Gauge gauge = gauge_of(pair_of(1.0, pose(1, 0, 0, 90.0), pose(0, 0, 0)));
   EXPECT_TRUE(gauge.holds(pair_of(1.0, pose(1, 0, 0, 90.0), pose(0, 0, 0))));
   EXPECT_TRUE(gauge.holds(pair_of(60.0, pose(1.003, 0, 0, 90.1), pose(0.0001, 0, 0))));
@@ -126,14 +126,14 @@ bool within(double mean, int dof) {
   return mean > bounds.low && mean < bounds.high;
 }
 
-TEST(Gauge, trajectories_that_err_as_they_state_have_the_nees_of_their_dimension) {
+TEST(Gauge, nees_of_consistent_trajectories_equals_their_dimension) {
   const MeanNees honest = mean_nees(1.0);
   EXPECT_TRUE(within(honest.pose, 6)) << honest.pose;
   EXPECT_TRUE(within(honest.position, 3)) << honest.position;
   EXPECT_LT(honest.fitted, 0.5 * honest.position) << "a fit of all poses hides most of the error";
 }
 
-TEST(Gauge, covariances_that_are_twice_or_half_as_large_are_found_out) {
+TEST(Gauge, nees_detects_covariances_wrong_by_a_factor_of_two) {
   for (const double scale : {0.5, 2.0}) {
     const MeanNees wrong = mean_nees(scale);
     EXPECT_FALSE(within(wrong.pose, 6)) << wrong.pose;

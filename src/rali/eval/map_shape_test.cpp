@@ -24,7 +24,7 @@ PointList patch(double sigma_m, double sheets_m, std::size_t n = 20000) {
 }
 
 // The listed figures are of one random draw; entropy varies between draws by a few hundredths.
-TEST(PatchShape, plates_of_one_and_three_centimetres_have_the_listed_thickness_and_entropy) {
+TEST(PatchShape, of_1_and_3_cm_plates_has_the_expected_thickness_and_entropy) {
   const PatchShape thin = patch_shape(patch(0.01, 0.0));
   EXPECT_NEAR(thin.thickness_m, 0.0099, 2e-4);
   EXPECT_NEAR(thin.entropy, -3.856, 0.03);
@@ -33,14 +33,14 @@ TEST(PatchShape, plates_of_one_and_three_centimetres_have_the_listed_thickness_a
   EXPECT_NEAR(thick.entropy, -2.783, 0.04);
 }
 
-TEST(PatchShape, a_wall_doubled_by_ten_centimetres_is_five_thick_and_still_a_plane) {
+TEST(PatchShape, a_wall_doubled_by_10_cm_is_5_cm_thick_and_planar) {
   const PatchShape s = patch_shape(patch(0.01, 0.1));
   EXPECT_NEAR(s.thickness_m, 0.0511, 3e-4);
   EXPECT_NEAR(s.entropy, -2.218, 0.03);
   EXPECT_LT(s.flatness, MapShapeOptions{}.flatness_max);
 }
 
-TEST(PatchShape, is_exact_for_points_worked_by_hand) {
+TEST(PatchShape, matches_hand_computed_values_for_eight_points) {
   // Variances 4, 1 and 0.25: thickness 0.5, ln det = 0.
   PointList points;
   for (const double x : {-2.0, 2.0}) {
@@ -65,7 +65,7 @@ PointList floor_of(double sigma_m, double sheets_m) {
   return points;
 }
 
-TEST(MapShape, shows_the_doubled_wall_in_the_95th_percentile) {
+TEST(MapShape, thickness_p95_and_entropy_reveal_a_doubled_surface) {
   SerialExecutor serial;
   MapShapeOptions options;
   options.thin_m = 0.0;
@@ -78,7 +78,7 @@ TEST(MapShape, shows_the_doubled_wall_in_the_95th_percentile) {
   EXPECT_GT(*doubled.mme, *sharp.mme + 1.0);
 }
 
-TEST(MapShape, empty_sparse_and_perfect_clouds_have_finite_answers) {
+TEST(MapShape, handles_empty_sparse_and_noise_free_clouds) {
   SerialExecutor serial;
   EXPECT_EQ(map_shape({}, {}, serial).points, 0U);
   const MapShape sparse =
@@ -91,7 +91,7 @@ TEST(MapShape, empty_sparse_and_perfect_clouds_have_finite_answers) {
   EXPECT_TRUE(std::isfinite(*perfect.mme));
 }
 
-TEST(PointGrid, finds_what_looking_at_all_points_finds) {
+TEST(PointGrid, agrees_with_brute_force_radius_search) {
   Rng rng(4, "grid");
   PointList points;
   for (int i = 0; i < 2000; ++i) {
@@ -107,7 +107,7 @@ TEST(PointGrid, finds_what_looking_at_all_points_finds) {
   }
 }
 
-TEST(Thinned, keeps_one_point_per_cube_whatever_its_place_in_it) {
+TEST(Thinned, keeps_one_point_per_cube_without_position_bias) {
   Rng rng(6, "thin");
   PointList points;
   for (int i = 0; i < 20000; ++i)

@@ -32,7 +32,7 @@ std::vector<std::string> ids_of(const FindingList& findings) {
   return ids;
 }
 
-TEST(DiskLog, a_closed_log_opens_with_all_that_it_had_and_goes_on) {
+TEST(DiskLog, reopens_with_all_records_and_continues) {
   const TestFolder folder;
   append(*opened(folder, 300), 0, 10);
   {
@@ -47,7 +47,7 @@ TEST(DiskLog, a_closed_log_opens_with_all_that_it_had_and_goes_on) {
   EXPECT_GE(bytes_in(folder.path("facts-000005.log")).size(), 16U) << "three records per segment";
 }
 
-TEST(DiskLog, a_second_process_gets_one_sentence) {
+TEST(DiskLog, refuses_a_second_process_with_an_explanation) {
   const TestFolder folder;
   const auto log = opened(folder);
   const auto second = DiskLog::open(folder.path());
@@ -71,7 +71,7 @@ std::size_t records_in(const TestFolder& folder, std::vector<std::string>& found
   return records;
 }
 
-TEST(DiskLog, a_reader_reads_beside_the_program_that_writes) {
+TEST(DiskLog, can_be_read_while_another_process_writes) {
   const TestFolder folder;
   const auto log = opened(folder, 300);
   append(*log, 0, 7);
@@ -82,7 +82,7 @@ TEST(DiskLog, a_reader_reads_beside_the_program_that_writes) {
   EXPECT_EQ(records_in(folder, found), 9U);
 }
 
-TEST(DiskLog, a_reader_leaves_a_torn_end_and_damage_as_they_are) {
+TEST(DiskLog, a_reader_does_not_repair_a_torn_end_or_damage) {
   const TestFolder folder;
   append(*opened(folder), 0, 5);
   Bytes torn = bytes_in(folder.path(kFirst));
@@ -95,13 +95,13 @@ TEST(DiskLog, a_reader_leaves_a_torn_end_and_damage_as_they_are) {
   EXPECT_EQ(bytes_in(folder.path(kFirst)), torn) << "not one byte is changed";
 }
 
-TEST(DiskLog, the_lock_ends_with_the_log) {
+TEST(DiskLog, releases_its_lock_when_closed) {
   const TestFolder folder;
   opened(folder).reset();
   EXPECT_TRUE(DiskLog::open(folder.path()).has_value());
 }
 
-TEST(DiskLog, a_record_torn_at_any_byte_is_cut_and_its_number_can_be_written_anew) {
+TEST(DiskLog, removes_a_torn_record_and_accepts_its_number_again) {
   const TestFolder folder;
   append(*opened(folder), 0, 3);
   const Bytes whole = bytes_in(folder.path(kFirst));
@@ -120,7 +120,7 @@ TEST(DiskLog, a_record_torn_at_any_byte_is_cut_and_its_number_can_be_written_ane
   }
 }
 
-TEST(DiskLog, a_flipped_bit_is_a_gap_that_is_reported_and_can_be_filled) {
+TEST(DiskLog, reports_a_flipped_bit_as_a_gap_that_can_be_filled) {
   const TestFolder folder;
   append(*opened(folder), 0, 5);
   const Bytes good = bytes_in(folder.path(kFirst));
@@ -139,7 +139,7 @@ TEST(DiskLog, a_flipped_bit_is_a_gap_that_is_reported_and_can_be_filled) {
   }
 }
 
-TEST(DiskLog, a_damaged_head_of_a_segment_costs_no_record) {
+TEST(DiskLog, a_damaged_segment_header_loses_no_record) {
   const TestFolder folder;
   append(*opened(folder), 0, 3);
   Bytes bytes = bytes_in(folder.path(kFirst));
@@ -152,7 +152,7 @@ TEST(DiskLog, a_damaged_head_of_a_segment_costs_no_record) {
   EXPECT_EQ(log->read(key_of(3)), body_of(3, 50)) << "in a new segment";
 }
 
-TEST(DiskLog, bytes_that_change_under_an_open_log_are_an_error_and_no_fact) {
+TEST(DiskLog, bytes_changed_under_an_open_log_give_a_read_error) {
   const TestFolder folder;
   const auto log = opened(folder);
   append(*log, 0, 2);
@@ -169,7 +169,7 @@ TEST(DiskLog, bytes_that_change_under_an_open_log_are_an_error_and_no_fact) {
   EXPECT_EQ(ids_of(log->take_findings()), std::vector<std::string>{"log.damaged"});
 }
 
-TEST(DiskLog, a_segment_that_is_gone_is_reported) {
+TEST(DiskLog, reports_a_missing_segment) {
   const TestFolder folder;
   append(*opened(folder, 300), 0, 9);
   std::filesystem::remove(folder.path(kSecond));
@@ -178,7 +178,7 @@ TEST(DiskLog, a_segment_that_is_gone_is_reported) {
   EXPECT_EQ(ids_of(log->take_findings()), std::vector<std::string>{"log.missing"});
 }
 
-TEST(DiskLog, a_second_content_of_a_key_on_the_disk_is_refused) {
+TEST(DiskLog, reports_conflicting_content_of_one_key_and_keeps_the_first) {
   const TestFolder folder;
   append(*opened(folder), 0, 1);
   Bytes bytes = bytes_in(folder.path(kFirst));
@@ -190,7 +190,7 @@ TEST(DiskLog, a_second_content_of_a_key_on_the_disk_is_refused) {
   EXPECT_EQ(ids_of(log->take_findings()), std::vector<std::string>{"log.conflict"});
 }
 
-TEST(DiskLog, segments_of_a_newer_program_are_refused) {
+TEST(DiskLog, refuses_segments_of_a_newer_version) {
   const TestFolder folder;
   Bytes head = encode_segment_head();
   head[8] = std::byte{2};
@@ -202,7 +202,7 @@ TEST(DiskLog, segments_of_a_newer_program_are_refused) {
   EXPECT_EQ(log.error().code, ErrorCode::kInput);
 }
 
-TEST(DiskLog, a_segment_whose_head_was_being_written_is_passed_over) {
+TEST(DiskLog, skips_a_segment_with_an_incomplete_header) {
   const TestFolder folder;
   for (std::size_t size = 0; size < kSegmentHeadBytes; ++size) {
     const Bytes head = encode_segment_head();
@@ -238,7 +238,7 @@ class SmallDisk {
   void (*before_)(int) = nullptr;
 };
 
-TEST(DiskLog, a_full_disk_is_told_and_loses_and_tears_nothing) {
+TEST(DiskLog, a_full_disk_is_reported_without_losing_or_tearing_records) {
   for (std::uint64_t room = 0; room < 200; room += 7) {
     const TestFolder folder;
     {
@@ -273,7 +273,7 @@ TEST(DiskLog, without_room_for_a_new_segment_nothing_is_lost) {
   EXPECT_EQ(log->read(key_of(1)), body_of(1, 50));
 }
 
-TEST(DiskLog, a_folder_that_is_not_there_is_an_error) {
+TEST(DiskLog, a_missing_folder_is_an_error) {
   const TestFolder folder;
   const auto log = DiskLog::open(folder.path("nowhere"));
   ASSERT_FALSE(log.has_value());

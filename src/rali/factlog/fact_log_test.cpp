@@ -26,7 +26,7 @@ class AnyLog : public testing::TestWithParam<bool> {
   std::unique_ptr<FactLog> log_;
 };
 
-TEST_P(AnyLog, gives_back_what_was_appended) {
+TEST_P(AnyLog, returns_the_appended_records) {
   for (std::uint32_t seq = 0; seq < 40; ++seq) {
     EXPECT_EQ(log_->append(key_of(seq), 3, body_of(seq, 90)), Appended::kWritten);
   }
@@ -40,7 +40,7 @@ TEST_P(AnyLog, gives_back_what_was_appended) {
   EXPECT_EQ(missing.error().code, ErrorCode::kNoAnswer);
 }
 
-TEST_P(AnyLog, visits_in_the_order_of_appending_until_told_to_stop) {
+TEST_P(AnyLog, visits_records_in_order_of_appending_until_stopped) {
   for (const std::uint32_t seq : {7U, 2U, 9U}) {
     ASSERT_EQ(log_->append(key_of(seq), static_cast<std::uint8_t>(seq), {}), Appended::kWritten);
   }
@@ -53,7 +53,7 @@ TEST_P(AnyLog, visits_in_the_order_of_appending_until_told_to_stop) {
   EXPECT_EQ(visited, (std::vector<std::uint32_t>{7, 2}));
 }
 
-TEST_P(AnyLog, takes_the_same_content_twice_and_another_one_never) {
+TEST_P(AnyLog, accepts_identical_content_of_a_key_but_never_different_content) {
   ASSERT_EQ(log_->append(key_of(1), 3, body_of(1, 20)), Appended::kWritten);
   EXPECT_EQ(log_->append(key_of(1), 3, body_of(1, 20)), Appended::kKnown);
   EXPECT_TRUE(log_->take_findings().empty());
@@ -66,7 +66,7 @@ TEST_P(AnyLog, takes_the_same_content_twice_and_another_one_never) {
   EXPECT_EQ(log_->read(key_of(1)), body_of(1, 20));
 }
 
-TEST_P(AnyLog, refuses_a_body_that_no_message_may_have) {
+TEST_P(AnyLog, refuses_a_body_above_the_maximum_size) {
   const auto appended = log_->append(key_of(1), 3, Bytes(kBodyMax + 1));
   ASSERT_FALSE(appended.has_value());
   EXPECT_EQ(appended.error().code, ErrorCode::kInput);
@@ -77,7 +77,7 @@ INSTANTIATE_TEST_SUITE_P(Logs, AnyLog, testing::Bool(), [](const auto& instance)
   return std::string(instance.param ? "disk" : "memory");
 });
 
-TEST(MemoryLog, without_power_loses_what_was_not_synced_and_nothing_else) {
+TEST(MemoryLog, loses_only_unsynced_records_at_a_power_loss) {
   MemoryLog log;
   ASSERT_EQ(log.append(key_of(1), 3, body_of(1, 20)), Appended::kWritten);
   ASSERT_TRUE(log.sync().has_value());
@@ -88,7 +88,7 @@ TEST(MemoryLog, without_power_loses_what_was_not_synced_and_nothing_else) {
   EXPECT_EQ(log.append(key_of(2), 3, body_of(5, 20)), Appended::kWritten) << "it never was";
 }
 
-TEST(MemoryLog, says_when_it_is_full_and_stays_as_it_was) {
+TEST(MemoryLog, reports_when_it_is_full_and_stays_unchanged) {
   MemoryLog log(100);
   ASSERT_EQ(log.append(key_of(1), 3, body_of(1, 20)), Appended::kWritten);
   EXPECT_EQ(log.free_bytes(), 52U);

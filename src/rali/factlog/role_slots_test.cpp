@@ -23,14 +23,14 @@ void save(const TestFolder& folder, std::uint32_t saves) {
   }
 }
 
-TEST(RoleSlots, a_new_file_has_nothing_and_its_full_size) {
+TEST(RoleSlots, a_new_file_is_empty_and_has_its_full_size) {
   const TestFolder folder;
   EXPECT_EQ(opened(folder).state(), State::kNew);
   EXPECT_EQ(bytes_in(folder.path("role.slots")).size(), 2 * kSlotBytes);
   EXPECT_EQ(opened(folder).state(), State::kNew);
 }
 
-TEST(RoleSlots, give_back_what_was_saved_last) {
+TEST(RoleSlots, return_the_last_saved_content) {
   const TestFolder folder;
   for (std::uint32_t k = 1; k <= 5; ++k) {
     save(folder, 1);
@@ -43,7 +43,7 @@ TEST(RoleSlots, give_back_what_was_saved_last) {
 }
 
 // An interrupted write leaves some new bytes first; the rest is of two saves before.
-TEST(RoleSlots, a_write_cut_short_at_any_byte_leaves_what_was_saved_before) {
+TEST(RoleSlots, a_write_interrupted_at_any_byte_keeps_the_previous_content) {
   const TestFolder folder;
   save(folder, 4);
   const Bytes before = bytes_in(folder.path("role.slots"));
@@ -62,7 +62,7 @@ TEST(RoleSlots, a_write_cut_short_at_any_byte_leaves_what_was_saved_before) {
   }
 }
 
-TEST(RoleSlots, two_that_cannot_be_read_say_so) {
+TEST(RoleSlots, are_unreadable_only_if_both_slots_are_damaged) {
   const TestFolder folder;
   save(folder, 2);
   Bytes bytes = bytes_in(folder.path("role.slots"));
@@ -79,7 +79,7 @@ TEST(RoleSlots, two_that_cannot_be_read_say_so) {
   EXPECT_EQ(opened(folder).state(), State::kUnreadable);
 }
 
-TEST(RoleSlots, no_flipped_bit_gives_a_content_that_was_not_saved) {
+TEST(RoleSlots, a_flipped_bit_never_returns_content_that_was_not_saved) {
   const TestFolder folder;
   save(folder, 3);
   const Bytes good = bytes_in(folder.path("role.slots"));
@@ -95,7 +95,7 @@ TEST(RoleSlots, no_flipped_bit_gives_a_content_that_was_not_saved) {
   }
 }
 
-TEST(RoleSlots, a_first_save_that_was_cut_short_is_none) {
+TEST(RoleSlots, an_interrupted_first_save_leaves_a_new_file) {
   const TestFolder folder;
   save(folder, 1);
   Bytes bytes = bytes_in(folder.path("role.slots"));
@@ -104,7 +104,7 @@ TEST(RoleSlots, a_first_save_that_was_cut_short_is_none) {
   EXPECT_EQ(opened(folder).state(), State::kNew);
 }
 
-TEST(RoleSlots, a_content_beyond_a_slot_is_refused_and_the_last_one_stays) {
+TEST(RoleSlots, content_above_the_slot_size_is_refused_and_the_last_kept) {
   const TestFolder folder;
   DiskSlots slots = opened(folder);
   ASSERT_TRUE(slots.save(body_of(1, kSlotContentMax)).has_value());
@@ -113,7 +113,7 @@ TEST(RoleSlots, a_content_beyond_a_slot_is_refused_and_the_last_one_stays) {
   EXPECT_EQ(opened(folder).content(), body_of(1, kSlotContentMax));
 }
 
-TEST(RoleSlots, in_memory_are_found_again_as_on_a_disk) {
+TEST(RoleSlots, in_memory_behave_as_on_disk) {
   MemorySlots slots;
   EXPECT_EQ(slots.reopened().state(), State::kNew);
   ASSERT_TRUE(slots.save(body_of(1, 30)).has_value());

@@ -50,7 +50,7 @@ TEST(Scan, a_segment_gives_the_records_that_were_written) {
   EXPECT_EQ(body_in(segment, scan.records[2]), body_of(2, 300));
 }
 
-TEST(Scan, a_record_cut_at_any_byte_is_left_out_and_all_before_it_stay) {
+TEST(Scan, a_record_truncated_at_any_byte_is_dropped_and_earlier_ones_kept) {
   const std::vector<std::size_t> lengths = {10, 0, 60};
   const Bytes segment = segment_of(lengths);
   const std::size_t last = segment.size() - (kRecordHeadBytes + 60);
@@ -73,7 +73,7 @@ TEST(Scan, zeros_at_the_end_are_torn_bytes) {
   EXPECT_EQ(scan.whole_end, whole);
 }
 
-TEST(Scan, any_flipped_bit_costs_one_record_at_most_and_makes_none) {
+TEST(Scan, a_flipped_bit_loses_at_most_one_record_and_creates_none) {
   const std::vector<std::size_t> lengths = {40, 7, 0, 90};
   const Bytes good = segment_of(lengths);
   for (std::size_t bit = 0; bit < 8 * good.size(); ++bit) {
@@ -87,7 +87,7 @@ TEST(Scan, any_flipped_bit_costs_one_record_at_most_and_makes_none) {
   }
 }
 
-TEST(Scan, after_damage_reading_goes_on_at_the_next_whole_record) {
+TEST(Scan, continues_at_the_next_whole_record_after_damage) {
   Bytes segment = segment_of({40, 50, 60});
   const std::size_t second = 16 + 68;
   segment[second + 4] ^= std::byte{0xFF};  // its length
@@ -101,7 +101,7 @@ TEST(Scan, after_damage_reading_goes_on_at_the_next_whole_record) {
 
 // A sender of facts could put a whole record into one; if that fact is damaged, its content must
 // not become a fact of another vehicle.
-TEST(Scan, a_record_within_the_body_of_a_damaged_one_is_none) {
+TEST(Scan, ignores_a_record_inside_the_body_of_a_damaged_one) {
   const Bytes inner = encode_record({VehicleId{1}, 0, 7}, 3, body_of(7, 30), {kSegment, 0});
   Bytes segment = encode_segment_head();
   const Bytes outer = encode_record(key_of(0), 3, inner, {kSegment, segment.size()});
@@ -110,7 +110,7 @@ TEST(Scan, a_record_within_the_body_of_a_damaged_one_is_none) {
   EXPECT_TRUE(scan_segment(segment, kSegment).records.empty());
 }
 
-TEST(Scan, a_block_that_the_disk_put_elsewhere_is_damage) {
+TEST(Scan, a_record_at_the_wrong_offset_or_segment_is_damage) {
   const std::vector<std::size_t> lengths = {40, 40, 40};
   Bytes segment = segment_of(lengths);
   std::copy_n(segment.begin() + 16, 68, segment.begin() + 16 + 68);  // the first over the second
@@ -121,7 +121,7 @@ TEST(Scan, a_block_that_the_disk_put_elsewhere_is_damage) {
   EXPECT_TRUE(scan_segment(segment, kSegment + 1).records.empty()) << "another segment's file";
 }
 
-TEST(Scan, random_damage_never_makes_a_record_that_was_not_written) {
+TEST(Scan, random_damage_never_creates_a_record_that_was_not_written) {
   const std::vector<std::size_t> lengths = {100, 3, 250, 0, 77, 31};
   const Bytes good = segment_of(lengths);
   Rng rng(1, "scan");
@@ -139,7 +139,7 @@ TEST(Scan, random_damage_never_makes_a_record_that_was_not_written) {
   }
 }
 
-TEST(Scan, a_file_too_short_for_a_head_has_nothing) {
+TEST(Scan, a_file_shorter_than_its_header_has_no_records) {
   for (std::size_t size = 0; size < kSegmentHeadBytes; ++size) {
     const SegmentScan scan = scan_segment(Bytes(size), kSegment);
     EXPECT_TRUE(scan.records.empty());

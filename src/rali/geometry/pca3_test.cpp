@@ -29,13 +29,13 @@ TEST(Pca3, keeps_the_thickness_of_a_very_thin_plane) {
   EXPECT_NEAR(p.values[2], 1e-14, 1e-16);
 }
 
-TEST(Pca3, of_nothing_is_a_frame_without_spread) {
+TEST(Pca3, of_a_zero_matrix_has_zero_eigenvalues_and_a_valid_frame) {
   const Pca3 p = pca3(Mat3::Zero());
   EXPECT_EQ(p.values, Vec3(Vec3::Zero()));
   EXPECT_NEAR(p.vectors.determinant(), 1.0, 1e-15);
 }
 
-TEST(RobustWeights, are_one_inside_and_fall_outside) {
+TEST(RobustWeights, agree_with_hand_computed_huber_and_cauchy_values) {
   EXPECT_DOUBLE_EQ(huber_weight(0.0, 1.5), 1.0);
   EXPECT_DOUBLE_EQ(huber_weight(-1.5, 1.5), 1.0);
   EXPECT_DOUBLE_EQ(huber_weight(-3.0, 1.5), 0.5);

@@ -16,7 +16,7 @@ SE3 random_pose(Rng& rng) {
 
 double distance(const SE3& a, const SE3& b) { return (a.R - b.R).norm() + (a.p - b.p).norm(); }
 
-TEST(Se3, chains_as_its_names_report) {
+TEST(Se3, composes_transforms_in_the_order_of_their_frame_names) {
   const SE3 T_a_b{so3_exp(Vec3(0.0, 0.0, M_PI / 2)), Vec3(1.0, 0.0, 0.0)};
   const SE3 T_b_c{Mat3::Identity(), Vec3(2.0, 0.0, 0.0)};
   // b's x axis is a's y axis: c's origin is at (1, 2) in a.
@@ -52,7 +52,7 @@ TEST(Se3, boxminus_undoes_boxplus) {
   }
 }
 
-TEST(Se3, perturbs_rotation_in_the_body_and_position_outside) {
+TEST(Se3, boxplus_rotates_in_the_body_frame_and_shifts_in_the_parent_frame) {
   const SE3 T{so3_exp(Vec3(0.0, 0.0, M_PI / 2)), Vec3(1.0, 1.0, 0.0)};
   Vec6 d;
   d << 0.1, 0.0, 0.0, 0.5, 0.0, 0.0;
@@ -75,7 +75,7 @@ TEST(Se3, interpolates_at_constant_rate) {
   EXPECT_LT((before.p - Vec3(0.0, -2.0, 0.0)).norm(), 1e-15);
 }
 
-TEST(Se3, ros_covariance_has_position_first_and_turns_about_the_outer_axes) {
+TEST(Se3, ros_covariance_has_position_first_and_rotation_about_fixed_axes) {
   // The body's roll is uncertain and its x axis points along the outer y, so the uncertain rotation
   // is about the outer y.
   Mat6 cov = Mat6::Zero();

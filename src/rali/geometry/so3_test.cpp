@@ -61,7 +61,7 @@ TEST(So3, log_of_a_half_turn_has_length_pi_about_the_axis) {
   }
 }
 
-TEST(So3, log_beyond_pi_takes_the_short_way) {
+TEST(So3, log_beyond_pi_gives_the_shorter_rotation) {
   const Vec3 phi = so3_log(so3_exp(Vec3(0.0, 0.0, kPi + 0.1)));
   EXPECT_LT((phi - Vec3(0.0, 0.0, 0.1 - kPi)).norm(), 1e-14);
 }
@@ -114,7 +114,7 @@ TEST(So3, inverse_right_jacobian_is_the_inverse) {
   EXPECT_LT((product - Mat3::Identity()).norm(), 1e-12);
 }
 
-TEST(So3, normalising_takes_rounding_out) {
+TEST(So3, normalising_restores_a_rotation_matrix) {
   Rng rng(7, "norm");
   const Mat3 R = so3_exp(Vec3(0.4, -1.0, 2.0));
   Mat3 dirty = R;

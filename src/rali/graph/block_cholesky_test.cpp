@@ -49,7 +49,7 @@ Eigen::MatrixXd right_sides(Eigen::Index rows, Eigen::Index cols, Rng& rng) {
   return Eigen::MatrixXd::NullaryExpr(rows, cols, [&] { return rng.normal(); });
 }
 
-TEST(block_cholesky, solves_what_the_dense_matrix_solves) {
+TEST(block_cholesky, solution_satisfies_the_dense_system) {
   Rng rng(1, "cholesky");
   for (const int n : {3, 4, 12, 60}) {
     const Sample s = sample(n, rng);
@@ -71,7 +71,7 @@ TEST(block_cholesky, damps_the_diagonal_and_nothing_else) {
   EXPECT_LT((damped * cholesky.solve(b) - b).norm(), 1e-10);
 }
 
-TEST(block_cholesky, solves_for_the_rows_that_are_asked_for_as_for_all) {
+TEST(block_cholesky, partial_solution_equals_the_rows_of_the_full_solution) {
   Rng rng(6, "partial");
   const Sample s = sample(60, rng);
   BlockCholesky cholesky(s.blocks, {58, 59});
@@ -88,7 +88,7 @@ TEST(block_cholesky, solves_for_the_rows_that_are_asked_for_as_for_all) {
   }
 }
 
-TEST(block_cholesky, gives_the_diagonal_of_the_inverse_without_inverting) {
+TEST(block_cholesky, inverse_diagonal_equals_the_blocks_of_the_dense_inverse) {
   Rng rng(3, "inverse");
   const Sample s = sample(60, rng);
   BlockCholesky cholesky(s.blocks, {58, 59});
@@ -107,7 +107,7 @@ TEST(block_cholesky, gives_the_diagonal_of_the_inverse_without_inverting) {
 }
 
 // Kept variables without a common block are coupled by the variables eliminated between them.
-TEST(block_cholesky, leaves_the_schur_complement_of_the_variables_that_are_kept) {
+TEST(block_cholesky, gives_the_schur_complement_of_the_kept_variables) {
   Rng rng(4, "schur");
   const Sample s = sample(30, rng);
   const std::vector<int> kept{2, 17, 28, 29};
@@ -132,7 +132,7 @@ TEST(block_cholesky, leaves_the_schur_complement_of_the_variables_that_are_kept)
   EXPECT_NEAR(reduced.head(H_aa.rows()).squaredNorm(), b_a.dot(H_aa.inverse() * b_a), 1e-9);
 }
 
-TEST(block_cholesky, refuses_what_is_not_positive_or_not_a_number) {
+TEST(block_cholesky, refuses_indefinite_or_nan_matrices) {
   Rng rng(5, "refuses");
   Sample s = sample(12, rng);
   BlockCholesky cholesky(s.blocks, {});
@@ -143,7 +143,7 @@ TEST(block_cholesky, refuses_what_is_not_positive_or_not_a_number) {
 }
 
 // A ladder of 4 x 200: without a fill-reducing order its factor would be dense.
-TEST(block_cholesky, fills_in_little_on_a_ladder_of_vehicles) {
+TEST(block_cholesky, has_little_fill_in_on_a_ladder_of_four_vehicles) {
   std::vector<std::pair<int, int>> pairs;
   constexpr int kVehicles = 4;
   constexpr int kNodes = 200;

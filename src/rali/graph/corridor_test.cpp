@@ -188,7 +188,7 @@ double mean_nees(int runs, const Errors& errors) {
   return sum / runs;
 }
 
-TEST(corridor, axial_error_is_what_the_graph_claims) {
+TEST(corridor, axial_nees_is_consistent_with_the_graph_covariance) {
   const double nees = mean_nees(150, {});
   EXPECT_GT(nees, 0.7);
   EXPECT_LT(nees, 1.5);
@@ -196,7 +196,7 @@ TEST(corridor, axial_error_is_what_the_graph_claims) {
 
 // The violations that 5.1 and 5.4 warn of must fail here, or the test above proves nothing. All use
 // the same 25 runs, so that the ratios are sharper than the means.
-TEST(corridor, lies_if_ranges_are_used_twice_or_the_bias_or_the_blindness_is_ignored) {
+TEST(corridor, nees_exposes_reused_ranges_unmodelled_bias_and_spurious_axial_information) {
   Errors no_bias;
   no_bias.model_bias = false;
   EXPECT_GT(mean_nees(25, no_bias), 2.5);

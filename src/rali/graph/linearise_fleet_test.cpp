@@ -60,7 +60,7 @@ TEST(range_between_vehicles, derivatives_agree_with_central_differences) {
 }
 
 // Antennas 0.5 m above one body and 1 m ahead of the other, which is turned by a right angle.
-TEST(range_between_vehicles, is_from_antenna_to_antenna) {
+TEST(range_between_vehicles, is_measured_from_antenna_to_antenna) {
   Window window;
   window.keyframes.resize(2);
   window.keyframes[1].seq = 1;
@@ -89,7 +89,7 @@ TEST(gravity_factor, derivatives_agree_with_central_differences) {
 }
 
 // Rolled by 0.1 rad, left side up: the accelerometer at standstill shows the same tilt.
-TEST(gravity_factor, is_zero_where_the_body_leans_as_its_accelerometer_says) {
+TEST(gravity_factor, residual_is_zero_when_body_tilt_matches_the_accelerometer) {
   Window window;
   window.keyframes.resize(1);
   window.keyframes[0].x.T_odom_body.R = geometry::so3_exp({0.1, 0.0, 0.0});
@@ -101,7 +101,7 @@ TEST(gravity_factor, is_zero_where_the_body_leans_as_its_accelerometer_says) {
   EXPECT_NEAR(out.r.norm(), 0.0, 1e-12);
 }
 
-TEST(loop_term, counts_with_its_weight_in_residual_and_derivative) {
+TEST(loop_term, scales_cost_and_derivatives_by_its_weight) {
   Rng rng(3, "loop");
   const Window window = two_vehicles(rng, kPoseDim);
   LoopTerm loop;
@@ -118,7 +118,7 @@ TEST(loop_term, counts_with_its_weight_in_residual_and_derivative) {
   expect_derivatives(window, [&](const Window& w, LinearFactor& out) { linearise(w, loop, out); });
 }
 
-TEST(pose_nodes, take_standstill_and_prior_without_velocity_and_bias) {
+TEST(pose_nodes, accept_standstill_and_prior_factors_without_velocity_and_bias) {
   Rng rng(4, "pose");
   const Window window = two_vehicles(rng, kPoseDim);
   StandstillFactor still;

@@ -23,7 +23,7 @@ TEST(inertial_factor, derivatives_agree_with_central_differences_with_an_imu_off
 }
 
 // An IMU 1 m ahead of the body: a turn by a right angle moves it although the body's origin stays.
-TEST(inertial_factor, sees_the_way_of_the_imu_and_not_that_of_the_body) {
+TEST(inertial_factor, position_residual_includes_the_lever_arm_of_the_imu) {
   Window window;
   window.keyframes.resize(2);
   window.keyframes[1].seq = 1;
@@ -118,7 +118,7 @@ TEST(range_factor, agrees_with_the_numbers_worked_by_hand) {
 }
 
 // Halfway between two keyframes the antenna is the mean of the positions predicted by both.
-TEST(range_factor, takes_the_antenna_between_two_keyframes_and_not_at_the_nearest) {
+TEST(range_factor, interpolates_the_antenna_position_between_two_keyframes) {
   Window window;
   window.keyframes.resize(2);
   window.keyframes[1].seq = 1;
@@ -146,7 +146,7 @@ TEST(range_factor, has_no_derivative_and_no_nan_where_the_antennas_coincide) {
   EXPECT_TRUE(out.r.allFinite());
 }
 
-TEST(other_factors, derivatives_agree_with_central_differences) {
+TEST(other_factors, standstill_prior_and_global_derivatives_agree_with_central_differences) {
   Rng rng(5, "others");
   for (int k = 0; k < 3; ++k) {
     const Window window = random_window(rng);
@@ -209,7 +209,7 @@ TEST(information_root, keeps_a_degenerate_direction_exactly_degenerate) {
   EXPECT_EQ(information_root(geometry::Mat6::Zero()).norm(), 0.0);
 }
 
-TEST(covariance_root, inverts_a_covariance_of_mixed_units_and_bounds_what_has_no_variance) {
+TEST(covariance_root, inverts_mixed_units_and_bounds_the_information_of_zero_variance) {
   Eigen::Matrix2d covariance;
   covariance << 1e-12, 0.5e-6, 0.5e-6, 1.0;
   const Eigen::MatrixXd W = covariance_root(covariance);

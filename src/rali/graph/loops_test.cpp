@@ -126,20 +126,20 @@ Outcome outcome(LoopGuard guard) {
   return out;
 }
 
-TEST(loop_guard, gnc_keeps_true_loops_and_drops_wrong_ones_that_agree_with_each_other) {
+TEST(loop_guard, gnc_keeps_correct_loops_and_rejects_mutually_consistent_outliers) {
   const Outcome gnc = outcome(LoopGuard::kGnc);
   EXPECT_EQ(gnc.wrong_kept, 0);
   EXPECT_GE(gnc.true_kept, 7);
   EXPECT_LT(gnc.rmse_m, 0.3);
 }
 
-TEST(loop_guard, dcs_does_so_from_a_start_without_loops) {
+TEST(loop_guard, dcs_rejects_mutually_consistent_outlier_loops) {
   const Outcome dcs = outcome(LoopGuard::kDcs);
   EXPECT_EQ(dcs.wrong_kept, 0);
   EXPECT_LT(dcs.rmse_m, 0.3);
 }
 
-TEST(loop_guard, none_and_huber_are_bent_by_wrong_loops) {
+TEST(loop_guard, no_guard_and_huber_are_biased_by_outlier_loops) {
   const double gnc = outcome(LoopGuard::kGnc).rmse_m;
   const double huber = outcome(LoopGuard::kHuber).rmse_m;
   const double none = outcome(LoopGuard::kNone).rmse_m;
@@ -148,7 +148,7 @@ TEST(loop_guard, none_and_huber_are_bent_by_wrong_loops) {
   EXPECT_GT(huber, 2.0 * gnc);
 }
 
-TEST(loop_guard, a_loop_once_rejected_returns_when_the_graph_has_learnt_better) {
+TEST(loop_guard, readmits_a_rejected_loop_once_later_priors_agree_with_it) {
   Corridor c({});
   c.graph.add(c.loop(10, 10, 6.0));
   c.graph.solve_full();
@@ -182,7 +182,7 @@ struct OneStep {
   }
 };
 
-TEST(loop_veto, is_the_rise_of_the_minimum_as_worked_by_hand) {
+TEST(loop_veto, chi2_is_the_cost_increase_as_computed_by_hand) {
   OneStep step;
   const LoopVerdict small = step.judge(1.0);  // 1/(0.09 + 0.16)
   EXPECT_NEAR(small.chi2, 4.0, 1e-6);
@@ -197,7 +197,7 @@ TEST(loop_veto, is_the_rise_of_the_minimum_as_worked_by_hand) {
   EXPECT_TRUE(large.vetoed());
 }
 
-TEST(loop_veto, asks_only_in_the_directions_that_the_loop_claims) {
+TEST(loop_veto, tests_only_the_directions_the_loop_constrains) {
   OneStep step;
   step.loop.information.row(3).setZero();
   step.loop.information.col(3).setZero();
@@ -206,7 +206,7 @@ TEST(loop_veto, asks_only_in_the_directions_that_the_loop_claims) {
   EXPECT_NEAR(degenerate.chi2, 0.0, 1e-9);
 }
 
-TEST(loop_veto, does_not_let_loops_in_the_graph_speak_for_each_other) {
+TEST(loop_veto, ignores_the_loops_already_in_the_graph) {
   OneStep step;
   const double alone = step.judge(2.0).chi2;
   for (std::uint64_t k = 0; k < 10; ++k) step.graph.add(LoopFactor{k, step.loop});
@@ -214,7 +214,7 @@ TEST(loop_veto, does_not_let_loops_in_the_graph_speak_for_each_other) {
   EXPECT_EQ(step.graph.loops().size(), 10U) << "the graph keeps what it has";
 }
 
-TEST(loop_veto, parts_wrong_loops_from_true_ones_in_a_corridor) {
+TEST(loop_veto, separates_wrong_from_correct_loops_in_a_corridor) {
   Corridor c({});
   std::vector<RelativePoseFactor> candidates;
   for (Seq k = 0; k < 10; ++k) candidates.push_back(c.loop(3 * k, 3 * k, k < 5 ? 0.0 : 6.0).pose);
@@ -231,7 +231,7 @@ double rise_when_solved(const PoseGraph& graph, const RelativePoseFactor& loop) 
   return 2.0 * (with.cost() - without.cost());
 }
 
-TEST(loop_veto, a_trial_finds_the_minimum_that_solving_with_the_loop_finds) {
+TEST(loop_veto, trial_chi2_of_vetoed_loops_equals_the_solved_cost_increase) {
   Corridor c({});
   int tried = 0, predicted = 0, vetoed = 0;
   for (const double shift_m : {0.5, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5}) {
@@ -257,7 +257,7 @@ TEST(loop_veto, a_trial_finds_the_minimum_that_solving_with_the_loop_finds) {
 
 // A path of 40 m with unknown heading is turned by a radian: the curvature before it differs much
 // from that after it.
-TEST(loop_veto, a_trial_that_goes_far_ends_at_the_same_minimum) {
+TEST(loop_veto, trial_far_from_linearisation_reaches_the_solved_minimum) {
   PoseGraph graph{GraphSettings{}};
   for (int k = 0; k <= 40; ++k) {
     geometry::SE3 T, step;

@@ -14,7 +14,7 @@ namespace {
 
 using geometry::Vec3;
 
-TEST(drop_rounding, takes_out_negative_information_and_the_pull_along_it) {
+TEST(drop_rounding, removes_negative_information_and_the_gradient_along_it) {
   Quadratic q;
   q.H = Eigen::Vector2d(1e6, -1e-9).asDiagonal();
   q.b = Eigen::Vector2d(5.0, 1e-7);
@@ -57,7 +57,7 @@ PoseGraph drive_straight(std::size_t keep) {
   return graph;
 }
 
-TEST(marginalise, gives_the_newest_keyframe_of_the_full_graph_on_a_straight_drive) {
+TEST(marginalise, keeps_estimates_and_covariances_of_the_full_graph_on_a_straight_drive) {
   PoseGraph full = drive_straight(100);
   PoseGraph window = drive_straight(3);
   ASSERT_EQ(window.nodes().size(), 3U);

@@ -57,7 +57,7 @@ TEST(pose_graph, solves_three_nodes_and_a_range_as_worked_by_hand) {
 
 // T10 of algorithms.md: after an outage the correction is distributed in proportion to the growth
 // of uncertainty, R = 0.01 m^2 of the range included.
-TEST(pose_graph, shares_a_correction_as_the_axial_variance_grew) {
+TEST(pose_graph, distributes_a_range_correction_in_proportion_to_axial_variance_growth) {
   PoseGraph graph(exact_settings());
   const std::array<double, 5> variance = {0.01, 0.01, 0.04, 0.01, 0.03};
   add_keyframe_at(graph, 0, Vec3::Zero());
@@ -76,7 +76,7 @@ TEST(pose_graph, shares_a_correction_as_the_axial_variance_grew) {
 
 // 20 m and 20 m with LiDAR sigma 5 mm per keyframe, one degenerate link between: the ranges at the
 // end move the second stretch as a whole, in a few steps.
-TEST(pose_graph, after_an_outage_moves_the_stretch_behind_the_blind_link_and_not_the_one_before) {
+TEST(pose_graph, range_correction_moves_only_the_keyframes_after_a_degenerate_link) {
   PoseGraph graph{GraphSettings{}};
   for (Seq k = 0; k <= 40; ++k) {
     add_keyframe_at(graph, k, {double(k), 0.0, 0.0});
@@ -96,7 +96,7 @@ TEST(pose_graph, after_an_outage_moves_the_stretch_behind_the_blind_link_and_not
 }
 
 // T12 (c): a range cannot separate axial sd 0.2 m from bias sd 0.1 m.
-TEST(pose_graph, keeps_position_and_bias_correlated_as_worked_by_hand) {
+TEST(pose_graph, keeps_position_and_range_bias_correlated_as_computed_by_hand) {
   PoseGraph graph(exact_settings());
   add_keyframe_at(graph, 0, Vec3::Zero());
   graph.add(pose_prior(0, {}, 1e-7, {0.2, 1e-6, 1e-6}));
@@ -134,7 +134,7 @@ double error_of(int uses, double prior_error_m, double range_error_m, double* va
 }
 
 // T12 (d): if a measurement is used twice, the claimed variance is half the true one.
-TEST(pose_graph, would_claim_half_the_variance_if_a_range_were_used_twice) {
+TEST(pose_graph, claims_half_the_true_variance_if_a_range_is_used_twice) {
   for (const int uses : {1, 2}) {
     double claimed = 0.0;
     const double by_prior = error_of(uses, 0.1, 0.0, &claimed) / 0.1;
@@ -146,7 +146,7 @@ TEST(pose_graph, would_claim_half_the_variance_if_a_range_were_used_twice) {
   }
 }
 
-TEST(pose_graph, refuses_a_range_that_it_has_had) {
+TEST(pose_graph, refuses_a_range_id_it_has_used_before) {
   PoseGraph graph = three_nodes();
   EXPECT_FALSE(graph.contains_range(9));
   graph.add(range_at_third(9));
@@ -158,7 +158,7 @@ TEST(pose_graph, refuses_a_range_that_it_has_had) {
   EXPECT_EQ(graph.range_count(), 0U);
 }
 
-TEST(pose_graph, refuses_what_does_not_exist_or_is_not_a_number) {
+TEST(pose_graph, refuses_factors_with_missing_variables_or_nan_values) {
   PoseGraph graph = three_nodes();
   RangeFactor range = range_at_third(1);
   range.bias = 4;
@@ -175,7 +175,7 @@ TEST(pose_graph, refuses_what_does_not_exist_or_is_not_a_number) {
 }
 
 // No factor at all, a floating chain, a degenerate axis: huge but finite variances, and no step.
-TEST(pose_graph, reports_a_huge_variance_where_nothing_holds_and_does_not_move) {
+TEST(pose_graph, reports_huge_variance_and_takes_no_step_along_unconstrained_directions) {
   PoseGraph graph(exact_settings());
   add_keyframe_at(graph, 0, {1.0, 2.0, 3.0});
   graph.solve(5);
@@ -202,7 +202,7 @@ TEST(pose_graph, reports_a_huge_variance_where_nothing_holds_and_does_not_move) 
 }
 
 // With a landmark and a bias that all ranges share, and a prior from what was marginalised.
-TEST(pose_graph, tells_all_covariances_at_once_as_one_by_one) {
+TEST(pose_graph, batch_covariances_equal_single_ones_after_marginalisation) {
   PoseGraph graph = three_nodes();
   graph.add_landmark(1, {20.0, 3.0, 1.0}, 0.01 * geometry::Mat3::Identity());
   graph.add_bias(1, 0.0, 0.15);
@@ -224,7 +224,7 @@ TEST(pose_graph, tells_all_covariances_at_once_as_one_by_one) {
   }
 }
 
-TEST(pose_graph, a_long_range_among_good_ones_pulls_less_than_its_weight) {
+TEST(pose_graph, huber_loss_limits_the_effect_of_one_long_range) {
   PoseGraph graph = three_nodes();
   for (std::uint64_t id = 0; id < 10; ++id) {
     RangeFactor range = range_at_third(id);
@@ -236,7 +236,7 @@ TEST(pose_graph, a_long_range_among_good_ones_pulls_less_than_its_weight) {
   EXPECT_NEAR(graph.state(2).T_odom_body.p.x(), 10.0 + 0.2 / 9.0, 2e-4);
 }
 
-TEST(pose_graph, holds_a_vehicle_that_stands) {
+TEST(pose_graph, standstill_factor_zeroes_velocity_and_holds_the_pose) {
   PoseGraph graph(exact_settings());
   KeyframeState x;
   x.v_odom_mps = {0.3, 0.0, 0.0};
@@ -250,7 +250,7 @@ TEST(pose_graph, holds_a_vehicle_that_stands) {
   EXPECT_NEAR(std::sqrt(graph.covariance(1)(5, 5)), std::hypot(0.02, 0.003), 1e-5);
 }
 
-TEST(pose_graph, gives_the_same_bytes_twice) {
+TEST(pose_graph, ranges_and_marginalisation_are_bitwise_reproducible) {
   const auto run = [] {
     PoseGraph graph = three_nodes();
     for (std::uint64_t id = 0; id < 7; ++id) graph.add(range_at_third(id));

@@ -43,7 +43,7 @@ RangeFactor range_to(std::uint64_t id, Seq i, const Vec3& p_map_m, double range_
 }
 
 // T19 of algorithms_fleet.md: a separator prior is not a fixed node.
-TEST(pose_graph, boundary_of_a_round_gives_way_as_worked_by_hand) {
+TEST(pose_graph, separator_prior_yields_to_a_new_factor_as_computed_by_hand) {
   PoseGraph graph{GraphSettings{}};
   for (int k = 0; k < 3; ++k) graph.add_pose(at(k));
   graph.fix(0);
@@ -74,7 +74,7 @@ TEST(pose_graph, counts_a_range_once_and_refuses_it_the_second_time) {
 }
 
 // Node 1 has sigma 1 m, the range 1 m: they meet halfway, and the bias absorbs its part.
-TEST(pose_graph, range_between_two_vehicles_shares_its_error_with_the_bias) {
+TEST(pose_graph, range_between_vehicles_distributes_its_residual_over_pose_and_bias) {
   PoseGraph graph{GraphSettings{}};
   graph.fix(graph.add_pose(at(0)));
   graph.add_pose(at(10));
@@ -96,7 +96,7 @@ TEST(pose_graph, range_between_two_vehicles_shares_its_error_with_the_bias) {
   EXPECT_NEAR(graph.covariance(1)(3, 3), 2.0 / 3.0, 1e-6);
 }
 
-TEST(pose_graph, gravity_levels_a_pose_and_leaves_its_heading_open) {
+TEST(pose_graph, gravity_factor_levels_a_pose_and_leaves_heading_unobservable) {
   PoseGraph graph{to_the_end()};
   const Seq seq = graph.add_pose({geometry::so3_exp({0.05, -0.03, 0.7}), {1.0, 2.0, 3.0}});
   GravityFactor gravity;
@@ -145,7 +145,7 @@ struct Fleet {
   }
 };
 
-TEST(pose_graph, covariances_of_all_nodes_are_those_of_each) {
+TEST(pose_graph, batch_covariances_of_a_fleet_equal_those_of_single_nodes) {
   Fleet fleet(1);
   const std::vector<Mat6> all = fleet.graph.covariances();
   ASSERT_EQ(all.size(), 40U);
@@ -154,7 +154,7 @@ TEST(pose_graph, covariances_of_all_nodes_are_those_of_each) {
   }
 }
 
-TEST(pose_graph, joint_covariance_of_two_nodes_holds_their_own_and_what_they_share) {
+TEST(pose_graph, joint_covariance_contains_both_marginals_and_the_cross_covariance) {
   Fleet fleet(2);
   const auto P = fleet.graph.covariance(7, 30);
   EXPECT_LT((P.topLeftCorner<6, 6>() - fleet.graph.covariance(7)).norm(), 1e-12);
@@ -166,7 +166,7 @@ TEST(pose_graph, joint_covariance_of_two_nodes_holds_their_own_and_what_they_sha
   EXPECT_LT(held(10, 10), P(10, 10)) << "what is tied to a fixed node is known better";
 }
 
-TEST(pose_graph, marginalised_nodes_leave_means_and_covariances_of_the_others) {
+TEST(pose_graph, marginalisation_preserves_means_and_covariances_of_the_remaining_nodes) {
   Fleet fleet(3);
   PoseGraph& graph = fleet.graph;
   graph.solve(50);
@@ -191,7 +191,7 @@ TEST(pose_graph, marginalised_nodes_leave_means_and_covariances_of_the_others) {
 
 // The later part of the graph again, in another one: the result equals that with the earlier
 // rounds.
-TEST(pose_graph, goes_on_from_the_boundary_of_another_graph) {
+TEST(pose_graph, continues_from_the_separator_prior_of_another_graph) {
   PoseGraph before{to_the_end()};
   for (int k = 0; k < 3; ++k) before.add_pose(at(k));
   before.fix(0);
@@ -231,7 +231,7 @@ TEST(pose_graph, goes_on_from_the_boundary_of_another_graph) {
   EXPECT_THROW(other.set_separator_prior(prior), InternalError) << "its bias is not there";
 }
 
-TEST(pose_graph, marginalises_what_is_left_of_a_blind_path_without_inventing_knowledge) {
+TEST(pose_graph, marginalisation_adds_no_information_along_a_degenerate_step) {
   PoseGraph graph{GraphSettings{}};
   for (int k = 0; k < 3; ++k) graph.add_pose(at(k));
   graph.fix(0);
@@ -278,7 +278,7 @@ TEST(pose_graph, same_calls_give_the_same_bytes) {
   EXPECT_EQ(a.graph.covariances(), b.graph.covariances());
 }
 
-TEST(pose_graph, refuses_what_would_be_silently_wrong) {
+TEST(pose_graph, refuses_inconsistent_factors_and_marginalising_all_nodes) {
   PoseGraph graph{GraphSettings{}};
   graph.add_pose(at(0));
   graph.add_pose(at(1));

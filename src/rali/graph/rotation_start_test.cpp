@@ -49,7 +49,7 @@ double farthest(const PoseGraph& graph, const std::vector<SE3>& truth) {
   return error;
 }
 
-TEST(rotation_start, finds_a_ring_from_any_start) {
+TEST(rotation_start, recovers_a_ring_from_random_initial_poses) {
   Rng rng(1, "ring");
   const std::vector<SE3> truth = ring(rng);
   PoseGraph graph = scattered(truth, rng, true);
@@ -59,7 +59,7 @@ TEST(rotation_start, finds_a_ring_from_any_start) {
   EXPECT_LT(farthest(graph, truth), 1e-6);
 }
 
-TEST(rotation_start, leaves_the_frame_of_a_graph_that_nothing_holds_to_its_first_node) {
+TEST(rotation_start, does_not_move_the_first_node_of_an_unanchored_graph) {
   Rng rng(2, "ring");
   const std::vector<SE3> truth = ring(rng);
   PoseGraph graph = scattered(truth, rng, false);
@@ -67,7 +67,7 @@ TEST(rotation_start, leaves_the_frame_of_a_graph_that_nothing_holds_to_its_first
   EXPECT_LT(farthest(graph, truth), 1e-6);
 }
 
-TEST(rotation_start, is_not_tried_where_the_start_is_good) {
+TEST(rotation_start, is_skipped_when_the_initial_estimate_is_good) {
   Rng rng(3, "ring");
   const std::vector<SE3> truth = ring(rng);
   PoseGraph graph = scattered(truth, rng, true);
@@ -76,7 +76,7 @@ TEST(rotation_start, is_not_tried_where_the_start_is_good) {
 }
 
 // Two vehicles connected only by ranges: each part keeps its position.
-TEST(rotation_start, moves_each_part_on_its_own) {
+TEST(rotation_start, solves_disconnected_components_independently) {
   Rng rng(4, "ring");
   const std::vector<SE3> truth = ring(rng);
   PoseGraph graph{GraphSettings{}};

@@ -49,7 +49,7 @@ class FleetSideTest : public testing::Test {
   std::vector<std::unique_ptr<ExactVehicle>> vehicles_;
 };
 
-TEST_F(FleetSideTest, three_vehicles_share_one_map_over_bytes) {
+TEST_F(FleetSideTest, three_vehicles_share_one_map_over_encoded_messages) {
   run(40.0);
   EXPECT_EQ(agent(0).node().mode(), fleet::Mode::kAnchor);
   const auto& frames = vehicles_[0]->side.picture().T_map_local;
@@ -67,7 +67,7 @@ TEST_F(FleetSideTest, three_vehicles_share_one_map_over_bytes) {
   EXPECT_EQ(nlohmann::json::parse(vehicles_[0]->paths.back())["paths"].size(), 3U);
 }
 
-TEST_F(FleetSideTest, what_a_vehicle_is_to_publish_is_published) {
+TEST_F(FleetSideTest, publishes_role_map_and_frontiers) {
   run(40.0);
   std::array<std::size_t, kRosTopics> counts{};
   for (const RosOut& out : vehicles_[0]->published) {
@@ -83,7 +83,7 @@ TEST_F(FleetSideTest, what_a_vehicle_is_to_publish_is_published) {
 }
 
 // Drawing takes longer for a larger map; the agent's steps must not.
-TEST_F(FleetSideTest, the_map_is_drawn_by_a_job_and_the_steps_go_on_without_it) {
+TEST_F(FleetSideTest, draws_the_map_in_a_background_job_and_repeats_a_lost_job) {
   run(20.0);
   FleetSide& side = vehicles_[0]->side;
   const auto tick = [&](FleetSideOutputs& out) {
@@ -113,7 +113,7 @@ TEST_F(FleetSideTest, the_map_is_drawn_by_a_job_and_the_steps_go_on_without_it) 
   EXPECT_GE(points_of(third), 1) << "all facts are read and drawn anew";
 }
 
-TEST_F(FleetSideTest, a_vehicle_that_is_cut_off_is_seen_as_silent_and_harms_nobody) {
+TEST_F(FleetSideTest, reports_a_disconnected_vehicle_without_affecting_the_anchor) {
   run(20.0);
   for (const VehicleId other : {VehicleId{0}, VehicleId{1}}) {
     fleet_.cut(VehicleId{2}, other, true);
@@ -142,7 +142,7 @@ TEST_F(FleetSideTest, the_operator_ends_a_round_of_the_anchor) {
   EXPECT_GT(agent(0).node().term(), term);
 }
 
-TEST_F(FleetSideTest, an_order_that_nobody_knows_is_a_finding) {
+TEST_F(FleetSideTest, an_unknown_operator_order_is_a_finding) {
   run(5.0);
   FleetSideOutputs out;
   vehicles_[0]->side.take(view::OperatorRequest{"assume-lost", "v9"}, {now_, now_}, out);
@@ -151,7 +151,7 @@ TEST_F(FleetSideTest, an_order_that_nobody_knows_is_a_finding) {
             "unknown order of the operator: assume-lost v9");
 }
 
-TEST_F(FleetSideTest, bytes_that_are_no_message_are_counted_and_dropped) {
+TEST_F(FleetSideTest, counts_and_drops_undecodable_bytes) {
   run(2.0);
   FleetSideOutputs out;
   const std::vector<std::byte> noise(100, std::byte{0x5a});
@@ -159,7 +159,7 @@ TEST_F(FleetSideTest, bytes_that_are_no_message_are_counted_and_dropped) {
   EXPECT_EQ(agent(0).tally().unreadable, 1U);
 }
 
-TEST_F(FleetSideTest, the_state_of_the_page_is_json_without_anything_unknown) {
+TEST_F(FleetSideTest, state_json_contains_no_null_values) {
   run(40.0);
   HostFacts host;
   host.has_link = true;

@@ -14,13 +14,13 @@ wire::GoalStatusArray goal(std::uint8_t id, double accepted_s, wire::GoalStatus:
   return array;
 }
 
-TEST(GoalWatch, ANavigationThatIsSilentSaysNothing) {
+TEST(GoalWatch, has_no_state_without_a_navigation_report) {
   GoalWatch watch;
   watch.sent(1);
   EXPECT_FALSE(watch.state());
 }
 
-TEST(GoalWatch, AGoalThatAnotherHasSentBeforeIsNotOurs) {
+TEST(GoalWatch, ignores_a_goal_received_before_the_own_order) {
   GoalWatch watch;
   watch.received(goal(1, 10.0, wire::GoalStatus::kSucceeded));
   watch.sent(1);
@@ -33,7 +33,7 @@ TEST(GoalWatch, AGoalThatAnotherHasSentBeforeIsNotOurs) {
   EXPECT_EQ(watch.state(), fleet::DriveState::kArrived);
 }
 
-TEST(GoalWatch, ANewOrderHasNoStateUntilItsGoalIsThere) {
+TEST(GoalWatch, a_new_order_has_no_state_until_its_goal_is_reported) {
   GoalWatch watch;
   watch.sent(1);
   watch.received(goal(1, 10.0, wire::GoalStatus::kSucceeded));
@@ -45,7 +45,7 @@ TEST(GoalWatch, ANewOrderHasNoStateUntilItsGoalIsThere) {
   EXPECT_EQ(watch.state(), fleet::DriveState::kUnreachable) << "the same order again";
 }
 
-TEST(GoalWatch, OfSeveralGoalsTheNewestCounts) {
+TEST(GoalWatch, uses_the_newest_of_several_goals) {
   GoalWatch watch;
   watch.sent(1);
   wire::GoalStatusArray both = goal(2, 20.0, wire::GoalStatus::kExecuting);

@@ -128,7 +128,7 @@ TEST(LiveOdometry, live_messages_give_the_poses_of_the_same_recording_offline) {
   EXPECT_EQ(static_cast<std::size_t>(odom), live.size());
 }
 
-TEST(LiveOdometry, a_pose_leaves_as_soon_as_its_scan_has_arrived) {
+TEST(LiveOdometry, outputs_a_pose_as_soon_as_its_scan_has_arrived) {
   SerialExecutor executor;
   SensorSide side(setup_for_hall(), executor);
   std::vector<ToAgent> news;
@@ -145,7 +145,7 @@ TEST(LiveOdometry, a_pose_leaves_as_soon_as_its_scan_has_arrived) {
   }
 }
 
-TEST(LiveOdometry, damaged_messages_are_counted_and_harm_nothing) {
+TEST(LiveOdometry, counts_damaged_messages_and_keeps_running) {
   std::vector<Message> messages = hall_messages(6.0);
   SerialExecutor executor;
   SensorSide side(setup_for_hall(), executor);

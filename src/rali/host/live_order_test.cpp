@@ -72,7 +72,7 @@ class LiveOrderTest : public testing::Test {
   LiveOrder order_{LiveOrderSettings{}, ranging::ExchangeSettings{}};
 };
 
-TEST_F(LiveOrderTest, a_scan_leaves_with_the_first_inertial_sample_that_reaches_its_end) {
+TEST_F(LiveOrderTest, outputs_a_scan_once_an_inertial_sample_reaches_its_end) {
   warm_up();
   arrive(203.0, scan_at(200.0));
   EXPECT_EQ(take(203.0), "");
@@ -82,13 +82,13 @@ TEST_F(LiveOrderTest, a_scan_leaves_with_the_first_inertial_sample_that_reaches_
   EXPECT_EQ(take(205.0), "s200 i203");
 }
 
-TEST_F(LiveOrderTest, samples_before_the_expected_end_of_the_next_scan_do_not_wait) {
+TEST_F(LiveOrderTest, inertial_samples_before_the_expected_scan_end_do_not_wait) {
   warm_up();
   arrive(141.0, imu_at(140.0));
   EXPECT_EQ(take(141.0), "i140");
 }
 
-TEST_F(LiveOrderTest, samples_behind_the_expected_end_wait_for_the_scan) {
+TEST_F(LiveOrderTest, inertial_samples_after_the_expected_scan_end_wait_for_the_scan) {
   warm_up();
   arrive(196.0, imu_at(195.0));
   arrive(206.0, imu_at(205.0));
@@ -97,7 +97,7 @@ TEST_F(LiveOrderTest, samples_behind_the_expected_end_wait_for_the_scan) {
   EXPECT_EQ(take(210.0), "i195 s200 i205");
 }
 
-TEST_F(LiveOrderTest, at_one_time_inertial_samples_go_before_ranges_before_scans) {
+TEST_F(LiveOrderTest, at_equal_times_outputs_inertial_samples_then_ranges_then_scans) {
   warm_up();
   arrive(201.0, scan_at(200.0));
   arrive(202.0, range_at(200.0));
@@ -106,7 +106,7 @@ TEST_F(LiveOrderTest, at_one_time_inertial_samples_go_before_ranges_before_scans
   EXPECT_EQ(take(204.0), "i200 r200 s200 i210");
 }
 
-TEST_F(LiveOrderTest, a_scan_that_never_comes_is_not_waited_for_longer_than_allowed) {
+TEST_F(LiveOrderTest, waits_at_most_250_ms_for_a_missing_scan) {
   warm_up();
   arrive(196.0, imu_at(195.0));
   EXPECT_EQ(take(196.0 + 249.0), "");
@@ -114,7 +114,7 @@ TEST_F(LiveOrderTest, a_scan_that_never_comes_is_not_waited_for_longer_than_allo
   EXPECT_EQ(order_.tally().forced, 1U);
 }
 
-TEST_F(LiveOrderTest, a_scan_without_inertial_samples_leaves_after_a_while) {
+TEST_F(LiveOrderTest, outputs_a_scan_after_50_ms_without_inertial_samples) {
   warm_up();
   arrive(203.0, scan_at(200.0));
   EXPECT_EQ(order_.due(), at_ms(253.0));
@@ -122,7 +122,7 @@ TEST_F(LiveOrderTest, a_scan_without_inertial_samples_leaves_after_a_while) {
   EXPECT_EQ(take(253.0), "s200");
 }
 
-TEST_F(LiveOrderTest, what_is_older_than_what_has_left_is_left_out_and_counted) {
+TEST_F(LiveOrderTest, drops_and_counts_messages_older_than_the_last_output) {
   warm_up();
   arrive(141.0, imu_at(140.0));
   EXPECT_EQ(take(141.0), "i140");
@@ -133,7 +133,7 @@ TEST_F(LiveOrderTest, what_is_older_than_what_has_left_is_left_out_and_counted) 
   EXPECT_EQ(order_.tally().late_scans, 1U);
 }
 
-TEST_F(LiveOrderTest, more_scans_than_fit_drop_the_oldest) {
+TEST_F(LiveOrderTest, drops_the_oldest_scans_if_the_queue_is_full) {
   for (int k = 0; k < 10; ++k) arrive(100.0 * k, scan_at(100.0 * k));
   EXPECT_EQ(order_.tally().dropped_scans, 2U);
   arrive(901.0, imu_at(901.0));

@@ -12,7 +12,7 @@
 namespace rali::host {
 namespace {
 
-TEST(ServiceNotify, the_service_manager_gets_the_lines) {
+TEST(ServiceNotify, sends_the_lines_to_the_service_manager) {
   const std::string path = testing::TempDir() + "notify.sock";
   unlink(path.c_str());
   const int listener = socket(AF_UNIX, SOCK_DGRAM, 0);
@@ -32,7 +32,7 @@ TEST(ServiceNotify, the_service_manager_gets_the_lines) {
   EXPECT_EQ(std::string(text.data(), static_cast<std::size_t>(got)), "READY=1\nSTATUS=maps");
 }
 
-TEST(ServiceNotify, without_a_service_manager_nothing_happens) {
+TEST(ServiceNotify, does_nothing_without_a_service_manager) {
   unsetenv("NOTIFY_SOCKET");
   EXPECT_NO_THROW(notify_service("READY=1"));
 }

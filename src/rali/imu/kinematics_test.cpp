@@ -35,14 +35,14 @@ KinematicState turned_with_rotation_at_the_start() {
 
 const Vec3 kSpeed(0.958851, 0.244835, 9.81);
 
-TEST(Kinematics, integrates_a_turn_as_the_closed_form_does) {
+TEST(Kinematics, agrees_with_the_closed_form_of_a_constant_turn) {
   const KinematicState s = turned(Vec3::Zero());
   EXPECT_LT((so3_log(s.T_odom_body.R) - Vec3(0.0, 0.0, 0.5)).norm(), 1e-9);
   EXPECT_LT((s.v_odom_mps - kSpeed).norm(), 2e-6);
   EXPECT_LT((s.T_odom_body.p - Vec3(0.489670, 0.082298, 4.905)).norm(), 4e-6);
 }
 
-TEST(Kinematics, takes_the_rotation_at_mid_interval_and_would_notice_its_start) {
+TEST(Kinematics, rotation_at_interval_start_would_err_by_over_1_mm_per_s) {
   const KinematicState wrong = turned_with_rotation_at_the_start();
   EXPECT_LT((wrong.v_odom_mps - Vec3(0.959157, 0.243636, 9.81)).norm(), 2e-6);
   EXPECT_GT((wrong.v_odom_mps - kSpeed).norm(), 1e-3);  // 600 times the tolerance above
@@ -65,7 +65,7 @@ TEST(Kinematics, falls_freely_in_a_parabola) {
   EXPECT_LT((s.v_odom_mps - Vec3(2.0, 0.0, -9.81)).norm(), 1e-12);
 }
 
-TEST(Kinematics, is_of_second_order) {
+TEST(Kinematics, error_is_second_order_in_the_time_step) {
   // Halving the step must quarter the error, also with rate and force turning about other axes.
   const Vec3 w(0.7, -0.4, 0.9);
   const Vec3 a(1.0, 2.0, -3.0);

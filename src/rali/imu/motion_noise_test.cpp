@@ -59,7 +59,7 @@ struct Drive {
   }
 };
 
-TEST(PriorNoise, what_a_vehicle_is_like_counts_more_than_a_data_sheet) {
+TEST(PriorNoise, weights_typical_vehicle_noise_above_the_data_sheet) {
   const NoiseDensity low = prior_noise({1e-5, 1e-4}, {});
   const NoiseDensity high = prior_noise({1e-2, 0.1}, {});
   EXPECT_GT(low.accel_mps2_rthz, 0.01);
@@ -71,7 +71,7 @@ TEST(PriorNoise, what_a_vehicle_is_like_counts_more_than_a_data_sheet) {
   EXPECT_NEAR(same.gyro_radps_rthz, 3e-3, 1e-12);
 }
 
-TEST(MotionNoise, finds_the_noise_whatever_was_claimed) {
+TEST(MotionNoise, estimates_the_true_noise_regardless_of_the_claimed_density) {
   for (const double truth : {0.02, 0.06, 0.2}) {
     for (const double claimed : {1e-4, 0.03, 1.0}) {
       Drive drive;
@@ -84,7 +84,7 @@ TEST(MotionNoise, finds_the_noise_whatever_was_claimed) {
   }
 }
 
-TEST(MotionNoise, is_never_used_below_what_enough_values_have_measured) {
+TEST(MotionNoise, density_is_at_least_the_measured_one_given_enough_values) {
   // In a corridor one direction is well observable, and the figure is based on few values.
   Drive drive;
   drive.accel_mps2_rthz = 0.3;
@@ -103,7 +103,7 @@ TEST(MotionNoise, is_never_used_below_what_enough_values_have_measured) {
   EXPECT_TRUE(drive.run({1e-6, 1e-4}, 30.0).measured().accel_mps2_rthz);
 }
 
-TEST(MotionNoise, takes_neither_biases_nor_the_lidar_for_noise) {
+TEST(MotionNoise, is_not_inflated_by_biases_or_lidar_noise) {
   Drive drive;
   drive.accel_mps2_rthz = 0.01;
   drive.bias_mps2 = {0.2, -0.1, 0.05};
@@ -113,7 +113,7 @@ TEST(MotionNoise, takes_neither_biases_nor_the_lidar_for_noise) {
   EXPECT_LT(drive.run({3e-3, 0.03}, 60.0).density().accel_mps2_rthz, 0.03);
 }
 
-TEST(MotionNoise, works_with_two_scans_a_second) {
+TEST(MotionNoise, works_at_a_scan_rate_of_2_hz) {
   Drive drive;
   drive.period_s = 0.5;
   drive.accel_mps2_rthz = 0.1;
@@ -121,7 +121,7 @@ TEST(MotionNoise, works_with_two_scans_a_second) {
   EXPECT_NEAR(std::log(used.accel_mps2_rthz / 0.1), 0.0, 0.5);
 }
 
-TEST(MotionNoise, learns_nothing_along_what_the_lidar_does_not_see) {
+TEST(MotionNoise, keeps_the_prior_where_the_lidar_is_degenerate) {
   Drive drive;
   drive.accel_mps2_rthz = 0.5;
   drive.known.setZero();
@@ -130,7 +130,7 @@ TEST(MotionNoise, learns_nothing_along_what_the_lidar_does_not_see) {
   EXPECT_EQ(meter.accel().count, 0.0);
 }
 
-TEST(MotionNoise, one_jolt_changes_little) {
+TEST(MotionNoise, a_single_jolt_raises_the_estimate_less_than_twofold) {
   const Drive drive;
   const double calm = drive.run({3e-3, 0.03}, 20.0).density().accel_mps2_rthz;
   MotionNoise meter = drive.run({3e-3, 0.03}, 20.0);

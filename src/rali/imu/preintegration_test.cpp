@@ -189,7 +189,7 @@ TEST(Preintegration, residual_is_zero_at_its_own_prediction) {
 }
 
 // Rotating odom about the vertical or shifting it must not change the residual.
-TEST(Preintegration, residual_does_not_see_yaw_and_origin_of_odom) {
+TEST(Preintegration, residual_is_invariant_to_yaw_and_origin_of_odom) {
   Rng rng(5);
   const Preintegration pre = random_motion(rng, {});
   const InertialState i = random_state(rng);
@@ -204,7 +204,7 @@ TEST(Preintegration, residual_does_not_see_yaw_and_origin_of_odom) {
   EXPECT_LT(difference.norm(), 1e-10);
 }
 
-TEST(Preintegration, two_halves_predict_what_the_whole_predicts) {
+TEST(Preintegration, two_half_intervals_predict_the_same_as_the_whole) {
   Rng rng(6);
   Preintegration whole({}, {});
   Preintegration halves[2] = {Preintegration({}, {}), Preintegration({}, {})};
@@ -262,7 +262,7 @@ TEST(Preintegration, covariance_agrees_with_monte_carlo) {
   for (int k = 0; k < 9; ++k) EXPECT_NEAR(sd(k) / claimed(k), 1.0, 0.12) << "component " << k;
 }
 
-TEST(Preintegration, refuses_what_is_not_a_sample_and_stays_as_it_was) {
+TEST(Preintegration, refuses_invalid_samples_and_remains_unchanged) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   Preintegration pre = turning();
   const Vec3 before = pre.delta_velocity_mps({});
@@ -284,7 +284,7 @@ std::vector<sensor::ImuSample> samples_each_10_ms(int n) {
   return out;
 }
 
-TEST(Preintegration, stream_takes_partial_samples_at_both_ends) {
+TEST(Preintegration, stream_integrates_partial_samples_at_both_ends) {
   const auto samples = samples_each_10_ms(4);  // accelerations 0, 1, 2, 3 m/s^2
   Preintegration pre({}, {});
   const double covered =

@@ -49,7 +49,7 @@ TEST(Rest, levels_a_sensor_mounted_upside_down) {
   EXPECT_LT((R * R.transpose() - Mat3::Identity()).norm(), 1e-12);
 }
 
-TEST(Rest, statistics_of_two_samples_by_hand) {
+TEST(Rest, statistics_of_two_samples_match_hand_computed_values) {
   const std::vector<ImuSample> s{{Time{}, Vec3(1.0, 0.0, 0.0), Vec3(0.0, 0.0, 9.0)},
                                  {Time{}, Vec3(3.0, 0.0, 0.0), Vec3(0.0, 0.0, 10.0)}};
   const ImuStatistics out = statistics(s);
@@ -60,18 +60,18 @@ TEST(Rest, statistics_of_two_samples_by_hand) {
   EXPECT_LT((out.accel_sd_mps2 - Vec3(0.0, 0.0, 0.5)).norm(), 1e-15);
 }
 
-TEST(Rest, is_seen_in_quiet_samples) {
+TEST(Rest, is_detected_in_samples_at_standstill) {
   EXPECT_TRUE(is_rest(statistics(samples(200, 0.005, 0.05, Vec3(0.01, 0.0, 0.0))), {}));
 }
 
-TEST(Rest, is_not_seen_when_anything_moves) {
+TEST(Rest, is_not_detected_with_high_scatter_or_steady_rotation) {
   EXPECT_FALSE(is_rest(statistics(samples(200, 0.05, 0.05, Vec3::Zero())), {}));
   EXPECT_FALSE(is_rest(statistics(samples(200, 0.005, 0.5, Vec3::Zero())), {}));
   // A steady rotation has no standard deviation: only the mean reveals it.
   EXPECT_FALSE(is_rest(statistics(samples(200, 0.005, 0.05, Vec3(0.0, 0.0, 0.2))), {}));
 }
 
-TEST(Rest, is_not_seen_in_too_few_or_broken_samples) {
+TEST(Rest, is_not_detected_in_too_few_or_nan_samples) {
   EXPECT_FALSE(is_rest(statistics({}), {}));
   EXPECT_FALSE(is_rest(statistics(samples(9, 0.0, 0.0, Vec3::Zero())), {}));
   std::vector<ImuSample> broken = samples(200, 0.005, 0.05, Vec3::Zero());

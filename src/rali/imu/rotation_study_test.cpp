@@ -27,7 +27,7 @@ TEST(GyroTrack, a_constant_rate_gives_rate_times_time) {
   EXPECT_FALSE(track.turn(Time::from_s(0.5), Time::from_s(1.1)).has_value());
 }
 
-TEST(GyroTrack, says_nothing_across_a_gap) {
+TEST(GyroTrack, gives_no_rotation_across_a_gap) {
   std::vector<sensor::ImuSample> samples;
   for (int i = 0; i <= 100; ++i) {
     if (i < 40 || i > 60)
@@ -49,7 +49,7 @@ TEST(RotationStudy, finds_an_offset_of_38_ms_within_its_own_sigma) {
   EXPECT_NEAR(study.gyro_ratio, 1.0, 0.02);
 }
 
-TEST(RotationStudy, an_offset_of_zero_is_zero) {
+TEST(RotationStudy, reports_zero_offset_for_synchronised_sensors) {
   const TurningPair pair;
   const auto study = study_rotations(pair.lidar(), pair.imu());
   ASSERT_TRUE(study.time_offset_s.has_value());
@@ -57,7 +57,7 @@ TEST(RotationStudy, an_offset_of_zero_is_zero) {
 }
 
 // A nearly degenerate LiDAR odometry lags for three seconds of strong turning.
-TEST(RotationStudy, one_turn_that_the_lidar_sees_late_is_no_offset) {
+TEST(RotationStudy, a_lidar_lag_in_one_turn_is_not_a_time_offset) {
   TurningPair pair;
   pair.duration_s = 40.0;
   pair.rate_radps = 0.15;
@@ -102,14 +102,14 @@ TEST(RotationStudy, finds_the_rotation_between_the_sensors) {
   EXPECT_GT(inverse, 5.0 * study.best.misfit);
 }
 
-TEST(RotationStudy, a_gyro_bias_does_not_turn_the_answer) {
+TEST(RotationStudy, a_gyro_bias_does_not_rotate_the_extrinsic_estimate) {
   TurningPair pair;
   pair.gyro_bias_radps = {0.02, -0.03, 0.01};
   const auto study = study_rotations(pair.lidar(), pair.imu());
   EXPECT_LT(geometry::so3_log(study.best.R_imu_lidar).norm(), 1.0 * kDeg);
 }
 
-TEST(RotationStudy, a_mirrored_y_axis_looks_like_half_a_turn_about_y) {
+TEST(RotationStudy, a_mirrored_y_axis_is_estimated_as_180_degrees_about_y) {
   TurningPair pair;
   pair.mirrored_y = true;
   const geometry::Mat3 R = study_rotations(pair.lidar(), pair.imu()).best.R_imu_lidar;
@@ -118,7 +118,7 @@ TEST(RotationStudy, a_mirrored_y_axis_looks_like_half_a_turn_about_y) {
   EXPECT_NEAR(R(2, 2), -1.0, 0.001);
 }
 
-TEST(RotationStudy, rubbish_gives_no_answer_and_no_crash) {
+TEST(RotationStudy, empty_or_nan_input_gives_no_time_offset) {
   EXPECT_FALSE(study_rotations({}, {}).time_offset_s.has_value());
   TurningPair pair;
   auto lidar = pair.lidar();
@@ -130,7 +130,7 @@ TEST(RotationStudy, rubbish_gives_no_answer_and_no_crash) {
 }
 
 /// A pitch of 7 Hz that the LiDAR reports 40 ms late, as if a scan measured the front early.
-TEST(RotationStudy, shaking_that_the_lidar_sees_late_is_no_time_offset) {
+TEST(RotationStudy, vibration_measured_late_by_the_lidar_is_not_a_time_offset) {
   TurningPair pair;
   const auto shake = [](double t_s) {
     return 0.004 * std::sin(2.0 * std::numbers::pi * 7.3 * t_s);
@@ -150,7 +150,7 @@ TEST(RotationStudy, shaking_that_the_lidar_sees_late_is_no_time_offset) {
   EXPECT_NEAR(study.gyro_ratio, 1.0, 0.02);
 }
 
-TEST(RotationStudy, slow_turning_alone_does_not_make_a_gyro_count_in_degrees) {
+TEST(RotationStudy, slow_turning_keeps_the_gyro_ratio_near_one) {
   TurningPair pair;
   pair.rate_radps = 0.03;
   pair.tilt_radps = 0.0;

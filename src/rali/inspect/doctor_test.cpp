@@ -57,7 +57,7 @@ const Finding* find(const DoctorReport& report, const std::string& id, Severity 
   return nullptr;
 }
 
-TEST(Doctor, a_good_recording_is_fit) {
+TEST(Doctor, a_good_recording_has_no_errors) {
   const DoctorReport report = examined({}, "doctor_good.bag");
   EXPECT_FALSE(has_error(report.findings)) << doctor_text(report);
   EXPECT_EQ(report.lidar_topic, "/points");
@@ -67,7 +67,7 @@ TEST(Doctor, a_good_recording_is_fit) {
   EXPECT_NEAR(report.rotations.gyro_ratio, 1.0, 0.03);
 }
 
-TEST(Doctor, finds_38_ms_between_lidar_and_imu) {
+TEST(Doctor, finds_a_38_ms_time_offset_between_lidar_and_imu) {
   HallRecording recording;
   recording.lidar_shift_s = -0.038;
   const DoctorReport report = examined(recording, "doctor_offset.bag");
@@ -76,7 +76,7 @@ TEST(Doctor, finds_38_ms_between_lidar_and_imu) {
   EXPECT_NEAR(f->value, 0.038, 0.005);
 }
 
-TEST(Doctor, finds_degrees_g_a_gap_nan_and_a_second_lidar_at_once) {
+TEST(Doctor, finds_wrong_units_gap_nan_and_second_lidar_at_once) {
   HallRecording recording;
   recording.gyro_factor = 57.29578;
   recording.accel_factor = 1.0 / 9.80665;
@@ -94,7 +94,7 @@ TEST(Doctor, finds_degrees_g_a_gap_nan_and_a_second_lidar_at_once) {
   EXPECT_NEAR(report.gyro_scale, 0.01745, 1e-4);
 }
 
-TEST(Doctor, tells_an_inverted_extrinsic_from_the_right_one) {
+TEST(Doctor, distinguishes_an_inverted_extrinsic_from_the_correct_one) {
   HallRecording recording;
   recording.R_body_lidar = geometry::rotation_from_rpy(0.0, 0.0, 1.2);
   const geometry::SE3 right{recording.R_body_lidar, geometry::Vec3::Zero()};
@@ -105,7 +105,7 @@ TEST(Doctor, tells_an_inverted_extrinsic_from_the_right_one) {
   EXPECT_NE(f->text.find("inverse"), std::string::npos) << f->text;
 }
 
-TEST(Doctor, json_is_one_document_and_yaml_names_what_was_found) {
+TEST(Doctor, json_is_one_document_and_yaml_contains_the_detected_settings) {
   HallRecording recording;
   recording.duration_s = 3.0;
   const DoctorReport report = examined(recording, "doctor_short.bag");
@@ -129,7 +129,7 @@ TEST(Doctor, json_is_one_document_and_yaml_names_what_was_found) {
   EXPECT_NE(yaml.find("accel_unit: m_s2"), std::string::npos) << yaml;
 }
 
-TEST(Doctor, findings_come_worst_first) {
+TEST(Doctor, findings_are_sorted_by_severity) {
   HallRecording recording;
   recording.duration_s = 1.0;
   recording.nan_fraction = 0.9;
@@ -139,7 +139,7 @@ TEST(Doctor, findings_come_worst_first) {
   }
 }
 
-TEST(Doctor, a_bag_cut_at_any_place_is_examined_or_refused) {
+TEST(Doctor, a_bag_truncated_at_any_offset_is_examined_or_refused) {
   HallRecording recording;
   recording.duration_s = 0.5;
   const BagFile bag(recording, "doctor_cut.bag");
@@ -156,7 +156,7 @@ TEST(Doctor, a_bag_cut_at_any_place_is_examined_or_refused) {
   }
 }
 
-TEST(Doctor, what_is_no_recording_is_refused_with_a_sentence) {
+TEST(Doctor, a_missing_recording_is_an_input_error) {
   SerialExecutor executor;
   RangeStudy ranges;
   DoctorOptions options;
@@ -190,7 +190,7 @@ DoctorReport examined_folder(double factor) {
   return report ? std::move(*report) : DoctorReport{};
 }
 
-TEST(Doctor, a_folder_of_which_nothing_can_be_mapped_is_not_fit) {
+TEST(Doctor, a_folder_without_usable_points_is_an_error) {
   EXPECT_FALSE(has_error(examined_folder(1.0).findings)) << doctor_text(examined_folder(1.0));
   const DoctorReport nan = examined_folder(0.0);
   ASSERT_NE(find(nan, "D01", Severity::kError), nullptr) << doctor_text(nan);
@@ -207,7 +207,7 @@ TEST(Doctor, a_folder_of_which_nothing_can_be_mapped_is_not_fit) {
   EXPECT_NE(doctor_text(mm).find("millimetres, not metres"), std::string::npos) << doctor_text(mm);
 }
 
-TEST(Doctor, ranges_of_all_vehicles_are_judged_together) {
+TEST(Doctor, ranges_of_all_files_are_evaluated_together) {
   const io::TestFolder folder;
   std::string forth = "stamp_s,from,to,range_m\n", back = forth;
   for (int i = 0; i < 40; ++i) {
@@ -253,7 +253,7 @@ std::string linktrack_bag(const io::TestFolder& folder) {
   return folder.write("uwb.bag", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-TEST(Doctor, a_radio_that_no_list_names_is_that_of_the_recording) {
+TEST(Doctor, an_unlisted_radio_belongs_to_the_vehicle_of_the_recording) {
   const io::TestFolder folder;
   DoctorOptions options;
   options.path = linktrack_bag(folder);

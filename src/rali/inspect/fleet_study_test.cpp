@@ -49,7 +49,7 @@ DoctorReport report_of(const std::string& name, std::vector<drive::TrackPoint> t
   return report;
 }
 
-TEST(FleetStudy, latency_of_ranges_shows_in_the_motion_past_a_standing_peer) {
+TEST(FleetStudy, range_latency_is_estimated_from_motion_past_a_standing_peer) {
   for (const double latency_s : {0.0, 0.046, 0.15, -0.08}) {
     const auto ranges = ranges_with(latency_s, 60.0).between("v1", "v2");
     const auto found = latency_by_motion(track_of(60.0), ranges);
@@ -60,13 +60,13 @@ TEST(FleetStudy, latency_of_ranges_shows_in_the_motion_past_a_standing_peer) {
   }
 }
 
-TEST(FleetStudy, a_vehicle_that_hardly_moves_shows_no_latency) {
+TEST(FleetStudy, range_latency_is_not_observable_without_motion_or_enough_ranges) {
   EXPECT_FALSE(latency_by_motion(standing(60.0), ranges_with(0.05, 60.0).between("v1", "v2")));
   const auto few = ranges_with(0.05, 1.5).between("v1", "v2");
   EXPECT_FALSE(latency_by_motion(track_of(60.0), few));
 }
 
-TEST(FleetStudy, D16_names_latency_limit_and_remedy) {
+TEST(FleetStudy, finding_d16_reports_latency_or_that_it_is_not_observable) {
   FindingList findings;
   report_latency({report_of("v1", track_of(60.0)), report_of("v2", standing(60.0))},
                  ranges_with(0.1, 60.0), findings);
@@ -81,7 +81,7 @@ TEST(FleetStudy, D16_names_latency_limit_and_remedy) {
   EXPECT_NE(findings[0].text.find("not observable"), std::string::npos) << "both drive";
 }
 
-TEST(FleetStudy, D16_radios_by_number_count_for_the_vehicle_that_recorded_them) {
+TEST(FleetStudy, finding_d16_assigns_numbered_radios_to_the_recording_vehicle) {
   RangeStudy study;
   study.add_radio("/uwb", "v1", 3, false);
   study.add_radio("/uwb", "v2", 5, false);
@@ -109,7 +109,7 @@ Finding overlap(double start_s, double end_s, bool separate = false) {
   return findings.front();
 }
 
-TEST(FleetStudy, D17_says_how_vehicles_overlap) {
+TEST(FleetStudy, finding_d17_reports_the_time_overlap_of_two_vehicles) {
   EXPECT_EQ(overlap(1.7e9 + 61.0, 1.7e9 + 400.0).text,
             "v2 starts 61.0 s after v1; both run for 239 s");
   EXPECT_EQ(overlap(1.7e9 + 61.0, 1.7e9 + 400.0).severity, Severity::kInfo);
@@ -120,7 +120,7 @@ TEST(FleetStudy, D17_says_how_vehicles_overlap) {
   EXPECT_NE(boot.text.find("different origins"), std::string::npos);
 }
 
-TEST(DoctorYaml, ranges_and_antennas_are_written_with_what_must_be_measured) {
+TEST(DoctorYaml, ranges_and_antennas_are_written_with_notes_on_missing_values) {
   RangeStudy study;
   study.add_radio("/uwb", "v1", 3, false);
   study.add_radio("/uwb", "v2", 5, false);

@@ -25,26 +25,26 @@ sensor::LidarScan floor_and_wall(const geometry::Mat3& R_level_lidar) {
   return scan;
 }
 
-TEST(GroundNormal, a_level_lidar_sees_the_ground_below) {
+TEST(GroundNormal, of_a_level_lidar_points_up) {
   const auto n = ground_normal(floor_and_wall(geometry::Mat3::Identity()));
   ASSERT_TRUE(n.has_value());
   EXPECT_GT(n->z(), 0.9999);
 }
 
-TEST(GroundNormal, a_lidar_pitched_by_20_degrees_sees_it_tilted) {
+TEST(GroundNormal, of_a_lidar_pitched_by_20_deg_is_tilted) {
   const geometry::Mat3 R = geometry::rotation_from_rpy(0.0, 0.35, 0.0);
   const auto n = ground_normal(floor_and_wall(R));
   ASSERT_TRUE(n.has_value());
   EXPECT_GT(n->dot(R.transpose() * geometry::Vec3::UnitZ()), 0.9999);
 }
 
-TEST(GroundNormal, upside_down_the_ground_is_above) {
+TEST(GroundNormal, of_an_upside_down_lidar_points_down) {
   const auto n = ground_normal(floor_and_wall(geometry::rotation_from_rpy(3.14159, 0.0, 0.0)));
   ASSERT_TRUE(n.has_value());
   EXPECT_LT(n->z(), -0.999);
 }
 
-TEST(GroundNormal, without_points_or_without_a_plane_there_is_none) {
+TEST(GroundNormal, without_points_or_without_a_plane_is_absent) {
   EXPECT_FALSE(ground_normal({}).has_value());
   sensor::LidarScan ball;
   Rng rng(3, "ball");

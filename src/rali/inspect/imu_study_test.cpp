@@ -45,7 +45,7 @@ TEST(ImuStudy, a_good_recording_has_no_warning) {
   EXPECT_NEAR(study.accel_noise_mps2_rthz, 0.02 * std::sqrt(0.005), 0.0003);
 }
 
-TEST(ImuStudy, accelerations_in_g_are_named) {
+TEST(ImuStudy, accelerations_in_g_are_detected) {
   auto samples = drive_off();
   for (auto& s : samples) s.accel_mps2 /= 9.81;
   FindingList findings;
@@ -65,7 +65,7 @@ TEST(ImuStudy, removed_gravity_is_an_error) {
   EXPECT_FALSE(f->remedy.empty());
 }
 
-TEST(ImuStudy, vibration_is_measured_against_rest) {
+TEST(ImuStudy, vibration_is_measured_relative_to_standstill) {
   FindingList findings;
   const ImuStudy study = study_imu(drive_off(2.0), 0.005, 1.0, "/imu", findings);
   EXPECT_GT(study.vibration_factor, 50.0);
@@ -82,7 +82,7 @@ TEST(ImuStudy, a_start_in_motion_is_reported) {
   EXPECT_NE(find(findings, "D13", "motion"), nullptr);
 }
 
-TEST(ImuStudy, a_gyro_at_the_end_of_its_range_is_counted) {
+TEST(ImuStudy, saturated_gyro_samples_are_counted) {
   auto samples = drive_off();
   for (std::size_t i = 1000; i < 1100; ++i) samples[i].gyro_radps.z() = 4.36;
   FindingList findings;
@@ -90,7 +90,7 @@ TEST(ImuStudy, a_gyro_at_the_end_of_its_range_is_counted) {
   EXPECT_NE(find(findings, "D10", "range"), nullptr);
 }
 
-TEST(ImuStudy, values_that_are_no_numbers_are_counted_and_left_out) {
+TEST(ImuStudy, nan_samples_are_counted_and_skipped) {
   auto samples = drive_off();
   for (std::size_t i = 0; i < samples.size(); i += 100) {
     samples[i].accel_mps2.x() = std::numeric_limits<double>::quiet_NaN();
@@ -101,7 +101,7 @@ TEST(ImuStudy, values_that_are_no_numbers_are_counted_and_left_out) {
   EXPECT_TRUE(study.up_imu.allFinite());
 }
 
-TEST(ImuStudy, no_samples_no_crash) {
+TEST(ImuStudy, empty_and_all_zero_input_does_not_crash) {
   FindingList findings;
   EXPECT_EQ(study_imu({}, 0.0, {}, "/imu", findings).saturated, 0U);
   const std::vector<sensor::ImuSample> zeros(100);

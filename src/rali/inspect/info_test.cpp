@@ -40,7 +40,7 @@ TEST(Info, names_topics_rates_fields_offsets_and_values) {
   EXPECT_NE(info_text(*info).find("sensor_msgs/PointCloud2"), std::string::npos);
 }
 
-TEST(Info, a_bag_cut_at_any_place_is_read_or_refused) {
+TEST(Info, a_bag_truncated_at_any_offset_is_read_or_refused) {
   drive::test::HallRecording recording;
   recording.duration_s = 0.2;
   const std::string path = recording.write(temporary("info_cut.bag"));
@@ -54,7 +54,7 @@ TEST(Info, a_bag_cut_at_any_place_is_read_or_refused) {
   fs::remove(path);
 }
 
-TEST(Info, rubbish_is_refused_with_what_it_is) {
+TEST(Info, invalid_files_give_information_or_an_error_message) {
   const std::string path = temporary("info_rubbish.bin");
   for (const std::string& content :
        {std::string(), std::string("hello\n"), std::string(1000, '\xff'),
@@ -71,7 +71,7 @@ TEST(Info, rubbish_is_refused_with_what_it_is) {
   EXPECT_FALSE(look_into("/nonexistent").has_value());
 }
 
-TEST(Info, a_cloud_whose_offsets_lie_outside_its_points_does_not_read_there) {
+TEST(Info, field_offsets_outside_the_point_are_not_read) {
   wire::CloudView view;
   view.width = 3;
   view.height = 1;
@@ -95,7 +95,7 @@ TEST(Info, a_cloud_whose_offsets_lie_outside_its_points_does_not_read_there) {
 }
 
 /// Every recording and cloud of the data pack gives information or an error sentence.
-TEST(Info, every_real_file_is_answered_or_refused_with_a_sentence) {
+TEST(Info, every_real_file_gives_information_or_an_error_message) {
   const fs::path data(RALI_DATA_DIR);
   if (!fs::exists(data / "recordings")) GTEST_SKIP() << "NOT CHECKED: no data pack at " << data;
   std::vector<std::string> files;

@@ -36,12 +36,12 @@ TEST(RangeStudy, rate_per_pair_is_reported) {
   EXPECT_TRUE(says(reported(both_directions(0.0)), "D14", "v1->v2: 100 ranges, 10.0 Hz"));
 }
 
-TEST(RangeStudy, directions_that_disagree_by_31_cm_are_named) {
+TEST(RangeStudy, a_0_31_m_difference_between_directions_is_reported) {
   const FindingList findings = reported(both_directions(0.31));
   EXPECT_TRUE(says(findings, "D15", "v1->v2 is +0.3"));
 }
 
-TEST(RangeStudy, a_pair_that_never_measured_is_named) {
+TEST(RangeStudy, a_pair_without_ranges_is_reported) {
   RangeStudy study = both_directions(0.0);
   study.add(Time::from_s(1.0), "v2", "v3", 4.0);
   FindingList findings;
@@ -50,7 +50,7 @@ TEST(RangeStudy, a_pair_that_never_measured_is_named) {
   EXPECT_EQ(findings.size(), 1U);
 }
 
-TEST(RangeStudy, a_vehicle_of_the_fleet_that_no_range_names_is_named) {
+TEST(RangeStudy, a_vehicle_without_any_range_is_reported) {
   FindingList findings;
   both_directions(0.0).report_silent({"v1", "v2", "v3"}, findings);
   ASSERT_EQ(findings.size(), 3U);
@@ -59,7 +59,7 @@ TEST(RangeStudy, a_vehicle_of_the_fleet_that_no_range_names_is_named) {
   EXPECT_TRUE(says(findings, "D14", "v3 measured no range"));
 }
 
-TEST(RangeStudy, antennas_of_one_vehicle_are_no_pair_and_one_of_them_is_enough) {
+TEST(RangeStudy, antennas_of_one_vehicle_count_together_for_its_pairs) {
   RangeStudy study;
   study.add(Time::from_s(1.0), "v1/front", "v2", 4.0);
   study.add(Time::from_s(1.1), "v1/rear", "v3", 4.0);
@@ -81,13 +81,13 @@ TEST(RangeStudy, frozen_zero_and_impossible_values_are_counted) {
   EXPECT_TRUE(says(findings, "D14", "2 ranges are negative"));
 }
 
-TEST(RangeStudy, numbers_in_place_of_names_do_not_fill_the_memory) {
+TEST(RangeStudy, the_number_of_stored_pairs_is_limited_to_1000) {
   RangeStudy study;
   for (int i = 0; i < 5000; ++i) study.add(Time::from_s(i), std::to_string(i), "x", 1.0);
   EXPECT_TRUE(says(reported(study), "D14", "more than 1000 pairs"));
 }
 
-TEST(RangesCsv, a_bad_number_is_named_with_its_line_and_no_number_at_all_is_refused) {
+TEST(RangesCsv, invalid_rows_are_reported_and_a_file_of_them_refused) {
   const auto path = std::filesystem::path(testing::TempDir()) / "range_study_bad.csv";
   std::ofstream(path) << "stamp_s,from,to,range_m\n1.0,v1,v2,3.0\n2.0,v1,v2,far\n";
   RangeStudy study;
@@ -102,7 +102,7 @@ TEST(RangesCsv, a_bad_number_is_named_with_its_line_and_no_number_at_all_is_refu
   EXPECT_NE(status.error().where.find(":2"), std::string::npos) << status.error().where;
 }
 
-TEST(RangeStudy, one_pair_told_by_two_recordings_has_no_gap) {
+TEST(RangeStudy, ranges_of_a_pair_from_two_recordings_are_merged) {
   RangeStudy study;
   for (int i = 0; i < 100; ++i) study.add(Time::from_s(0.2 * i), "v1", "v2", 5.0 + 0.01 * i);
   for (int i = 0; i < 100; ++i) study.add(Time::from_s(0.2 * i + 0.1), "v1", "v2", 5.0 + 0.01 * i);

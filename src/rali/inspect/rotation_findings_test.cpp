@@ -33,13 +33,13 @@ FindingList all_findings(const TurningPair& pair, const ExtrinsicsGiven& given,
   return findings;
 }
 
-TEST(RotationFindings, a_good_pair_has_no_warning) {
+TEST(RotationFindings, a_consistent_lidar_and_imu_give_no_warning) {
   for (const Finding& f : all_findings({}, {}, geometry::Vec3::UnitZ())) {
     EXPECT_EQ(f.severity, Severity::kInfo) << f.text;
   }
 }
 
-TEST(RotationFindings, thirty_eight_milliseconds_are_an_error_with_the_line_to_write) {
+TEST(RotationFindings, a_38_ms_time_offset_is_an_error_with_the_setting) {
   TurningPair pair;
   pair.lidar_late_s = -0.038;
   const FindingList findings = all_findings(pair, {}, geometry::Vec3::UnitZ());
@@ -50,7 +50,7 @@ TEST(RotationFindings, thirty_eight_milliseconds_are_an_error_with_the_line_to_w
   EXPECT_NE(f->remedy.find("lidar.time_offset_s: 0.03"), std::string::npos) << f->remedy;
 }
 
-TEST(RotationFindings, a_vehicle_that_goes_straight_is_asked_to_turn) {
+TEST(RotationFindings, without_rotation_calibration_is_reported_as_not_observable) {
   TurningPair pair;
   pair.rate_radps = 0.0;
   const FindingList findings = all_findings(pair, {}, geometry::Vec3::UnitZ());
@@ -62,7 +62,7 @@ TEST(RotationFindings, a_vehicle_that_goes_straight_is_asked_to_turn) {
   }
 }
 
-TEST(RotationFindings, degrees_per_second_are_named) {
+TEST(RotationFindings, gyro_rates_in_deg_per_s_are_detected) {
   TurningPair pair;
   pair.gyro_scale = 1.0 / kDeg;
   const FindingList findings = all_findings(pair, {}, geometry::Vec3::UnitZ());
@@ -72,7 +72,7 @@ TEST(RotationFindings, degrees_per_second_are_named) {
   EXPECT_NE(f->text.find("deg/s"), std::string::npos);
 }
 
-TEST(RotationFindings, an_inverted_rotation_is_told_from_the_right_one) {
+TEST(RotationFindings, an_inverted_extrinsic_rotation_is_distinguished_from_the_correct_one) {
   TurningPair pair;
   pair.R_imu_lidar = geometry::rotation_from_rpy(0.0, 0.3, 0.9);
   ExtrinsicsGiven right, inverse;
@@ -96,7 +96,7 @@ TEST(RotationFindings, swapped_axes_are_reported) {
       << find(findings, "D11")->text;
 }
 
-TEST(RotationFindings, an_imu_turned_in_the_body_is_taken_into_account) {
+TEST(RotationFindings, the_rotation_of_the_imu_in_the_body_is_considered) {
   TurningPair pair;
   ExtrinsicsGiven given;
   given.R_body_imu = geometry::rotation_from_rpy(0.0, 0.0, 1.0);
@@ -104,7 +104,7 @@ TEST(RotationFindings, an_imu_turned_in_the_body_is_taken_into_account) {
   EXPECT_EQ(find(all_findings(pair, given, {}), "D11")->severity, Severity::kInfo);
 }
 
-TEST(RotationFindings, mirrored_axes_need_the_ground_to_be_seen) {
+TEST(RotationFindings, mirrored_axes_are_detected_from_the_ground_normal) {
   TurningPair pair;
   pair.mirrored_y = true;
   const FindingList findings = all_findings(pair, {}, geometry::Vec3::UnitZ());
@@ -114,7 +114,7 @@ TEST(RotationFindings, mirrored_axes_need_the_ground_to_be_seen) {
   EXPECT_NE(f->text.find("mirrored"), std::string::npos);
 }
 
-TEST(RotationFindings, a_lidar_upside_down_is_not_called_mirrored) {
+TEST(RotationFindings, an_upside_down_lidar_is_not_reported_as_mirrored) {
   TurningPair pair;
   pair.R_imu_lidar = geometry::rotation_from_rpy(std::numbers::pi, 0.0, 0.0);
   const FindingList findings = all_findings(pair, {}, geometry::Vec3(-geometry::Vec3::UnitZ()));

@@ -23,7 +23,7 @@ const Finding* find(const FindingList& findings, const std::string& id, const st
   return nullptr;
 }
 
-TEST(StampStudy, ten_hertz_is_ten_hertz_and_nothing_is_wrong) {
+TEST(StampStudy, regular_10_hz_stamps_have_no_warning) {
   const StampStatistics s = study_stamps(ticking(100, 0.1));
   EXPECT_NEAR(s.rate_hz(), 10.0, 1e-6);
   EXPECT_NEAR(s.span_s, 9.9, 1e-6);
@@ -35,7 +35,7 @@ TEST(StampStudy, ten_hertz_is_ten_hertz_and_nothing_is_wrong) {
   EXPECT_EQ(findings[0].severity, Severity::kInfo);
 }
 
-TEST(StampStudy, three_sweeps_left_out_are_missing_with_place_and_length) {
+TEST(StampStudy, three_missing_scans_are_reported_with_time_and_gap_length) {
   auto stamps = ticking(100, 0.1);
   stamps.erase(stamps.begin() + 50, stamps.begin() + 53);
   const StampStatistics s = study_stamps(stamps);
@@ -50,7 +50,7 @@ TEST(StampStudy, three_sweeps_left_out_are_missing_with_place_and_length) {
   EXPECT_NEAR(gap->value, 0.4, 1e-6);
 }
 
-TEST(StampStudy, zero_stamps_hand_over_to_the_record_times) {
+TEST(StampStudy, zero_header_stamps_are_replaced_by_record_times) {
   auto stamps = ticking(100, 0.1);
   for (auto& stamp : stamps) stamp.header = Time{};
   const StampStatistics s = study_stamps(stamps);
@@ -70,7 +70,7 @@ TEST(StampStudy, repeats_and_backward_steps_are_counted) {
   EXPECT_EQ(s.backward, 1U);
 }
 
-TEST(StampStudy, an_imu_on_boot_time_is_an_error) {
+TEST(StampStudy, lidar_and_imu_on_different_clocks_are_an_error) {
   FindingList findings;
   report_clock_split(study_stamps(ticking(100, 0.1)), study_stamps(ticking(100, 0.005, -900.0)),
                      "/imu", findings);

@@ -21,7 +21,7 @@ bool holds(const std::string& text, const char* part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST(InputKind, links_in_a_circle_and_names_of_nothing_are_unfit_input) {
+TEST(InputKind, cyclic_links_and_missing_paths_are_input_errors) {
   const TestFolder f;
   std::filesystem::create_symlink(f.path("loop"), f.path("loop"));
   EXPECT_TRUE(holds(refusal(f.path("loop")), "links lead in a circle")) << refusal(f.path("loop"));
@@ -34,7 +34,7 @@ TEST(InputKind, links_in_a_circle_and_names_of_nothing_are_unfit_input) {
   EXPECT_EQ(opened.error().code, ErrorCode::kInput) << "not the machine's fault";
 }
 
-TEST(InputKind, a_folder_of_both_kinds_is_not_guessed_at) {
+TEST(InputKind, a_folder_with_clouds_and_recordings_is_refused_as_ambiguous) {
   const TestFolder f;
   std::filesystem::create_directories(f.path("both"));
   std::filesystem::create_directories(f.path("both/100.pcd"));
@@ -49,7 +49,7 @@ TEST(InputKind, a_folder_of_both_kinds_is_not_guessed_at) {
   EXPECT_TRUE(holds(refusal(f.path("empty")), "neither a recording"));
 }
 
-TEST(InputKind, files_and_folders_of_one_kind_are_known) {
+TEST(InputKind, files_and_folders_of_one_kind_are_recognised) {
   const TestFolder f;
   EXPECT_EQ(input_kind(f.write("v1.bag", "x")), InputKind::kRecording);
   EXPECT_EQ(input_kind(f.write("cloud.PLY", "x")), InputKind::kCloud);

@@ -27,7 +27,7 @@ vehicle::VehicleSettings settings_of(const config::FleetConfig& fleet, std::size
   return settings;
 }
 
-TEST(RangeJob, radios_have_the_names_and_numbers_that_the_fleet_gives_them) {
+TEST(RangeJob, radio_names_and_ids_come_from_the_fleet_file) {
   const auto options = range_options(
       fleet_of("ranges: {sources: [{topic: /uwb, ids: {0: v1/rear, 7: v2}}], limits_m: [1, 50],\n"
                "         latency_s: 0.02, stamp: record}\n"));
@@ -44,7 +44,7 @@ TEST(RangeJob, radios_have_the_names_and_numbers_that_the_fleet_gives_them) {
   EXPECT_EQ(options->stamp, drive::RangeStamp::kRecord);
 }
 
-TEST(RangeJob, each_vehicle_knows_its_antennas_and_those_of_its_peers) {
+TEST(RangeJob, each_vehicle_has_its_antennas_and_those_of_its_peers) {
   const config::FleetConfig fleet =
       fleet_of("ranges: {sigma_m: 0.3, limits_m: [1, 50], bias_m: {v2-v1: 0.12}}\n");
   const vehicle::VehicleSettings v1 = settings_of(fleet, 0), v2 = settings_of(fleet, 1);
@@ -61,7 +61,7 @@ TEST(RangeJob, each_vehicle_knows_its_antennas_and_those_of_its_peers) {
   EXPECT_FALSE(settings_of(fleet_of(""), 0).peers[0].bias_m) << "estimated";
 }
 
-TEST(RangeJob, a_prior_holds_for_both_of_its_vehicles) {
+TEST(RangeJob, a_start_pose_prior_applies_to_both_of_its_vehicles) {
   const config::FleetConfig fleet = fleet_of(
       "priors: [{vehicle: v2, relative_to: v1, xyz_m: [3, 0, 0], yaw_deg: 90, sigma_m: 0.3,\n"
       "          sigma_deg: 5.729578}]\n");  // 0.1 rad
@@ -78,7 +78,7 @@ TEST(RangeJob, a_prior_holds_for_both_of_its_vehicles) {
   EXPECT_FALSE(settings_of(fleet_of(""), 0).peers[0].prior);
 }
 
-TEST(RangeJob, vehicles_measured_from_a_third_one_know_each_other) {
+TEST(RangeJob, priors_relative_to_a_third_vehicle_are_combined) {
   const config::FleetConfig fleet = fleet_of(
       "  v3: {recording: c}\n"
       "priors: [{vehicle: v2, relative_to: v1, xyz_m: [-2, 0, 0], sigma_m: 0.3},\n"
@@ -90,7 +90,7 @@ TEST(RangeJob, vehicles_measured_from_a_third_one_know_each_other) {
   EXPECT_NEAR(peers[1].prior->sigma_m, 0.5, 1e-9);
 }
 
-TEST(RangeJob, a_vehicle_without_antennas_has_one_in_its_body) {
+TEST(RangeJob, a_vehicle_without_antennas_has_one_at_the_body_origin) {
   const config::FleetConfig fleet =
       config::parse_fleet("vehicles: {v1: {recording: a, antennas: {}}}", "fleet.yaml", "", {})
           .value();

@@ -46,7 +46,7 @@ ExploreSettings with_height(double below_m) {
   return s;
 }
 
-TEST(ExploreGrid, of_one_wall_worked_by_hand) {
+TEST(ExploreGrid, log_odds_of_one_wall_match_hand_computed_values) {
   ExploreGrid grid(with_height(0.8));
   Scan s = standing_at(0.1, 0.1, 0.8);
   add_wall(s, 4.0, 1.0, 0.0, 2.0);
@@ -61,7 +61,7 @@ TEST(ExploreGrid, of_one_wall_worked_by_hand) {
   EXPECT_EQ(state_at(grid, 0.1, 0.1), CellState::kFree) << "the vehicle is there";
 }
 
-TEST(ExploreGrid, adds_up_keyframes_and_clamps_their_sum) {
+TEST(ExploreGrid, sums_the_log_odds_of_keyframes_and_clamps_them) {
   ExploreGrid grid(with_height(0.8));
   for (std::uint32_t k = 0; k < 6; ++k) {
     Scan s = standing_at(0.1, 0.1, 0.8);
@@ -74,7 +74,7 @@ TEST(ExploreGrid, adds_up_keyframes_and_clamps_their_sum) {
   EXPECT_EQ(grid.keyframes(), 6U);
 }
 
-TEST(ExploreGrid, a_ring_on_the_floor_is_no_obstacle_and_its_gaps_are_bridged) {
+TEST(ExploreGrid, floor_rings_are_free_and_gaps_between_them_are_filled) {
   ExploreGrid grid(with_height(0.8));
   const Room hall{{0.0, 0.0, 0.0}, {30.0, 20.0, 8.0}, {}};
   ASSERT_TRUE(grid.add(key(0), look_around(hall, pose_at(15.0, 10.0, 0.8), 0.0).view()));
@@ -93,7 +93,7 @@ TEST(ExploreGrid, a_ring_on_the_floor_is_no_obstacle_and_its_gaps_are_bridged) {
   EXPECT_EQ(map->at(map->cell_at({15.0, 21.0})), CellState::kUnknown);
 }
 
-TEST(ExploreGrid, a_ramp_lifts_the_band_and_a_wall_on_it_stays_an_obstacle) {
+TEST(ExploreGrid, a_ramp_is_free_and_a_wall_on_it_is_an_obstacle) {
   ExploreGrid grid(with_height(0.8));
   Scan s = standing_at(0.1, 0.1, 0.8);
   const double tan10 = std::tan(10.0 * std::numbers::pi / 180.0);
@@ -122,7 +122,7 @@ TEST(ExploreGrid, a_step_is_an_obstacle_and_a_lintel_is_none) {
   EXPECT_NE(state_at(grid, 2.1, 0.1), CellState::kOccupied);
 }
 
-TEST(ExploreGrid, a_drop_counts_from_near_and_not_from_afar) {
+TEST(ExploreGrid, a_drop_is_detected_near_but_not_far_from_the_sensor) {
   for (const double edge_m : {2.0, 8.0}) {
     ExploreGrid grid(with_height(0.8));
     Scan s = standing_at(0.1, 0.1, 0.8);
@@ -137,7 +137,7 @@ TEST(ExploreGrid, a_drop_counts_from_near_and_not_from_afar) {
   }
 }
 
-TEST(ExploreGrid, a_moved_keyframe_leaves_nothing_behind) {
+TEST(ExploreGrid, moving_a_keyframe_leaves_no_evidence_at_its_old_pose) {
   const Room room;
   ExploreGrid moved(ExploreSettings{}), right(ExploreSettings{});
   for (std::uint32_t k = 0; k < 5; ++k) {
@@ -160,7 +160,7 @@ TEST(ExploreGrid, a_moved_keyframe_leaves_nothing_behind) {
   EXPECT_FALSE(moved.move(key(3), pose_at(0, 0, 0)));
 }
 
-TEST(ExploreGrid, the_order_of_keyframes_means_nothing) {
+TEST(ExploreGrid, does_not_depend_on_the_order_of_keyframes) {
   const Room room;
   ExploreGrid a(with_height(0.6)), b(with_height(0.6));
   for (std::uint32_t k = 0; k < 6; ++k) {
@@ -176,7 +176,7 @@ TEST(ExploreGrid, the_order_of_keyframes_means_nothing) {
   EXPECT_EQ(pa->cells, pb->cells);
 }
 
-TEST(ExploreGrid, where_a_vehicle_stood_for_long_the_way_is_free_after_it_has_left) {
+TEST(ExploreGrid, a_vehicles_own_keyframe_clears_the_cells_where_it_was_seen) {
   ExploreGrid grid(with_height(0.6));
   Room room;
   room.cylinders.push_back({12.0, 5.0, 0.3, 1.0});  // another vehicle, standing
@@ -190,7 +190,7 @@ TEST(ExploreGrid, where_a_vehicle_stood_for_long_the_way_is_free_after_it_has_le
   EXPECT_EQ(state_at(grid, 11.75, 5.0), CellState::kFree);
 }
 
-TEST(ExploreGrid, takes_no_rubbish) {
+TEST(ExploreGrid, refuses_nan_poses_and_mismatched_scans_and_ignores_invalid_points) {
   ExploreGrid grid(with_height(0.8));
   Scan s = standing_at(0.0, 0.0, 0.8);
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -213,7 +213,7 @@ TEST(ExploreGrid, takes_no_rubbish) {
   EXPECT_EQ(grid.log_odds_at({1e300, 0.0}), 0.0);
 }
 
-TEST(ExploreGrid, refuses_to_grow_beyond_its_limit_and_says_so) {
+TEST(ExploreGrid, reports_an_error_instead_of_growing_beyond_its_cell_limit) {
   ExploreSettings settings = with_height(0.8);
   settings.cells_max = 5e4;
   ExploreGrid grid(settings);

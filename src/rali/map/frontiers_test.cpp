@@ -45,7 +45,7 @@ const std::vector<std::string> kCorridor = {
     "####################", "#............       ", "#............       ", "#............       ",
     "#............       ", "#............       ", "#............       ", "####################"};
 
-TEST(Frontiers, of_a_corridor_are_the_edge_of_what_is_known) {
+TEST(Frontiers, of_a_corridor_lie_between_free_and_unknown_cells) {
   const CellMap map = drawn(kCorridor);
   const auto list = found(map, {0.5, 0.7}, FrontierSettings{});
   ASSERT_EQ(list.size(), 1U);
@@ -57,7 +57,7 @@ TEST(Frontiers, of_a_corridor_are_the_edge_of_what_is_known) {
   EXPECT_NEAR(list[0].path_m, 2.0, 1e-6);  // ten cells from column 2
 }
 
-TEST(Frontiers, keep_away_from_obstacles_by_the_radius) {
+TEST(Frontiers, keep_the_vehicle_radius_from_obstacles) {
   const CellMap map = drawn(kCorridor);
   const auto list = found(map, {0.5, 0.7}, FrontierSettings{}, 0.2);
   ASSERT_EQ(list.size(), 1U);
@@ -65,7 +65,7 @@ TEST(Frontiers, keep_away_from_obstacles_by_the_radius) {
   EXPECT_EQ(list[0].state, FrontierState::kTooSmall);
 }
 
-TEST(Frontiers, that_nobody_reaches_are_told_with_that_reason) {
+TEST(Frontiers, without_a_path_are_marked_unreachable) {
   const CellMap map = drawn({"##########", "#...#.....", "#...#.....", "#...#.....", "#...#.....",
                              "#...#.....", "##########"});
   const auto list = found(map, {0.5, 0.5}, FrontierSettings{});
@@ -73,12 +73,12 @@ TEST(Frontiers, that_nobody_reaches_are_told_with_that_reason) {
   EXPECT_EQ(list[0].state, FrontierState::kUnreachable);
 }
 
-TEST(Frontiers, are_no_more_where_all_is_known) {
+TEST(Frontiers, do_not_exist_in_a_fully_mapped_room) {
   const CellMap map = drawn({"#####", "#...#", "#...#", "#####"});
   EXPECT_TRUE(found(map, {0.5, 0.5}, FrontierSettings{}).empty());
 }
 
-TEST(Frontiers, of_a_bend_have_a_mean_in_the_wall_and_a_medoid_that_is_free) {
+TEST(Frontiers, of_an_l_shape_have_an_unknown_mean_and_a_free_medoid) {
   std::vector<std::string> lines(24, std::string(24, ' '));
   for (std::size_t k = 0; k < 24; ++k) {
     for (const std::size_t at : {0U, 1U}) lines[23 - at][k] = lines[k][at] = '.';
@@ -95,7 +95,7 @@ TEST(Frontiers, of_a_bend_have_a_mean_in_the_wall_and_a_medoid_that_is_free) {
   EXPECT_EQ(map.at(map.cell_at(medoid[0].centre_map_m)), CellState::kFree);
 }
 
-TEST(Frontiers, unknown_area_behind_is_what_can_be_reached_through_the_unknown) {
+TEST(Frontiers, unknown_area_size_counts_the_connected_unknown_cells_behind_them) {
   const CellMap map =
       drawn({"########", "#....  #", "#....  #", "#....  #", "#....  #", "#....  #", "########"});
   FrontierSettings settings;
@@ -105,7 +105,7 @@ TEST(Frontiers, unknown_area_behind_is_what_can_be_reached_through_the_unknown) 
   EXPECT_NEAR(list[0].size, 10 * 0.04, 1e-9);
 }
 
-TEST(Frontiers, two_looks_into_a_closed_room_leave_none) {
+TEST(Frontiers, none_stay_open_after_four_keyframes_in_a_closed_room) {
   ExploreGrid grid(ExploreSettings{});
   for (std::uint32_t k = 0; k < 4; ++k) {
     const auto s = look_around(Room{}, pose_at(5.0 + 3.0 * k, 5.0, 0.6, 0.4 * k), k, 900);
@@ -120,7 +120,7 @@ TEST(Frontiers, two_looks_into_a_closed_room_leave_none) {
   }
 }
 
-TEST(Frontiers, a_corridor_longer_than_sight_is_open_at_its_end) {
+TEST(Frontiers, of_a_long_corridor_are_open_20_m_ahead_of_the_vehicle) {
   const Room corridor{{0.0, 0.0, 0.0}, {80.0, 2.4, 2.6}, {}};
   ExploreGrid grid(ExploreSettings{});
   for (std::uint32_t k = 0; k < 6; ++k) {
@@ -141,7 +141,7 @@ TEST(Frontiers, a_corridor_longer_than_sight_is_open_at_its_end) {
   EXPECT_NEAR(largest.centre_map_m.y(), 1.2, 0.5);
 }
 
-TEST(FrontierBook, gives_up_what_two_visits_did_not_change) {
+TEST(FrontierBook, marks_a_frontier_explored_after_two_visits_without_change) {
   const CellMap map = drawn(kCorridor);
   FrontierBook book{FrontierSettings{}};
   const auto look = [&] {
@@ -159,7 +159,7 @@ TEST(FrontierBook, gives_up_what_two_visits_did_not_change) {
   EXPECT_EQ(look().id, first.id);
 }
 
-TEST(FrontierBook, a_frontier_that_moves_on_keeps_its_name_and_its_visits_start_anew) {
+TEST(FrontierBook, a_shifted_frontier_keeps_its_id_and_resets_its_visits) {
   CellMap map = drawn(kCorridor);
   FrontierBook book{FrontierSettings{}};
   auto list = found(map, {0.5, 0.7}, FrontierSettings{});
@@ -177,7 +177,7 @@ TEST(FrontierBook, a_frontier_that_moves_on_keeps_its_name_and_its_visits_start_
 
 // Regression: with a book per anchor, a new anchor sent a vehicle twice again to a frontier that
 // had been visited twice, and gave it a new id.
-TEST(FrontierBook, goes_on_where_another_one_ends) {
+TEST(FrontierBook, continues_ids_and_visits_from_the_memory_of_another_book) {
   const CellMap map = drawn(kCorridor);
   FrontierBook first{FrontierSettings{}};
   const auto look = [&map](FrontierBook& book) {
@@ -204,7 +204,7 @@ TEST(FrontierBook, goes_on_where_another_one_ends) {
   EXPECT_EQ(list[0].id, 21U) << "no name is given twice";
 }
 
-TEST(FrontierBook, gives_up_what_every_vehicle_found_no_path_to_and_passes_it_on) {
+TEST(FrontierBook, marks_frontiers_unreachable_when_all_vehicles_failed_even_across_books) {
   const CellMap map = drawn(kCorridor);
   const std::vector<VehicleId> fleet = {VehicleId{0}, VehicleId{1}};
   const auto look = [&](FrontierBook& book) {
@@ -228,7 +228,7 @@ TEST(FrontierBook, gives_up_what_every_vehicle_found_no_path_to_and_passes_it_on
   EXPECT_TRUE(given_up.tried);
 }
 
-TEST(PathField, goes_around_a_wall_the_short_way) {
+TEST(PathField, finds_the_shortest_path_around_a_wall) {
   const CellMap map = drawn({".......", ".......", "..####.", ".......", "......."});
   const auto passable = passable_cells(map, 0.0);
   const PathField field(map, passable, {0.9, 0.3});  // cell 4, 1
@@ -243,7 +243,7 @@ TEST(PathField, goes_around_a_wall_the_short_way) {
   EXPECT_TRUE(field.path_to({3, 2}).empty());
 }
 
-TEST(PathField, leaves_the_shadow_of_a_wall_and_nothing_beyond) {
+TEST(PathField, starts_from_an_occupied_cell_but_not_outside_the_map) {
   const CellMap map = drawn({"........", "........", "########", "        "});
   const auto passable = passable_cells(map, 0.0);
   EXPECT_TRUE(std::isfinite(PathField(map, passable, {0.5, 0.3}).length_m({7, 3})));
@@ -252,7 +252,7 @@ TEST(PathField, leaves_the_shadow_of_a_wall_and_nothing_beyond) {
   EXPECT_FALSE(std::isfinite(PathField(map, passable, {nan, nan}).length_m({7, 3})));
 }
 
-TEST(SightFraction, is_none_through_a_wall_and_half_through_the_unknown) {
+TEST(SightFraction, is_zero_through_a_wall_and_half_through_unknown_cells) {
   const CellMap map =
       drawn({"..........#.........", "..........#.........", "..........          "});
   EXPECT_EQ(sight_fraction(map, {0.1, 0.5}, {1.9, 0.5}), 1.0);

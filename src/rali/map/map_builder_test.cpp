@@ -30,7 +30,7 @@ TEST(VoxelKey, negative_coordinates_round_down_not_to_zero) {
   EXPECT_TRUE(voxel_corner(key, 0.05).isApprox(geometry::Vec3{-0.05, 0.10, -3.0}, 1e-12));
 }
 
-TEST(VoxelKey, what_is_not_a_number_or_too_far_has_no_voxel) {
+TEST(VoxelKey, non_finite_or_far_coordinates_have_no_voxel) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInf = std::numeric_limits<double>::infinity();
   EXPECT_EQ(voxel_key(geometry::Vec3{0, kNan, 0}, 0.05), kNoVoxel);
@@ -38,7 +38,7 @@ TEST(VoxelKey, what_is_not_a_number_or_too_far_has_no_voxel) {
   EXPECT_EQ(voxel_key(geometry::Vec3{0, 0, 1e9}, 0.05), kNoVoxel);
 }
 
-TEST(VoxelIndex, numbers_keys_by_first_sight_and_finds_them_after_growing) {
+TEST(VoxelIndex, numbers_keys_in_order_of_insertion_and_finds_them_after_growing) {
   VoxelIndex index;
   for (int i = 0; i < 5000; ++i) {
     const auto slot = index.insert(voxel_key(i, -i, i % 7));
@@ -108,7 +108,7 @@ TEST(MapBuilder, seen_counts_keyframes_not_points) {
   EXPECT_EQ(finished(builder).seen[0], 3);
 }
 
-TEST(MapBuilder, range_noise_averages_away_but_a_shared_pose_error_does_not) {
+TEST(MapBuilder, range_noise_averages_out_but_a_common_pose_error_does_not) {
   MapSettings s = without_noise();
   s.range_sigma_m = 0.02;
   test::Scan scan;
@@ -124,7 +124,7 @@ TEST(MapBuilder, range_noise_averages_away_but_a_shared_pose_error_does_not) {
   EXPECT_NEAR(finished(with_pose).sigma_m[0], std::sqrt(0.030004F), 1e-5F);
 }
 
-TEST(MapBuilder, points_that_are_not_numbers_are_left_out_and_said) {
+TEST(MapBuilder, drops_nan_points_and_reports_them) {
   MapBuilder builder(without_noise());
   test::Scan scan;
   scan.add(std::numeric_limits<double>::quiet_NaN(), 0, 0);
@@ -136,7 +136,7 @@ TEST(MapBuilder, points_that_are_not_numbers_are_left_out_and_said) {
   EXPECT_EQ(findings[0].id, "map.points");
 }
 
-TEST(MapBuilder, a_keyframe_with_a_pose_that_is_no_number_is_refused) {
+TEST(MapBuilder, refuses_a_keyframe_with_a_nan_pose) {
   MapBuilder builder(without_noise());
   test::Scan scan;
   scan.add(1, 1, 1);
@@ -148,7 +148,7 @@ TEST(MapBuilder, a_keyframe_with_a_pose_that_is_no_number_is_refused) {
   EXPECT_EQ(findings[0].id, "map.keyframe");
 }
 
-TEST(MapBuilder, a_memory_limit_ends_the_map_with_an_error_not_the_program) {
+TEST(MapBuilder, stops_at_its_memory_limit_and_reports_an_error) {
   MapSettings s = without_noise();
   s.max_memory_mb = 1.0;
   MapBuilder builder(s);
@@ -164,7 +164,7 @@ TEST(MapBuilder, a_memory_limit_ends_the_map_with_an_error_not_the_program) {
   EXPECT_EQ(findings[0].severity, Severity::kError);
 }
 
-TEST(MapBuilder, the_map_comes_sorted_by_voxel_whatever_the_order_of_arrival) {
+TEST(MapBuilder, sorts_the_map_by_voxel) {
   MapBuilder builder(without_noise());
   test::Scan scan;
   Rng rng(1, "order");
@@ -176,7 +176,7 @@ TEST(MapBuilder, the_map_comes_sorted_by_voxel_whatever_the_order_of_arrival) {
   }
 }
 
-TEST(MapBuilder, far_from_the_origin_coordinates_keep_their_millimetres) {
+TEST(MapBuilder, keeps_millimetre_resolution_far_from_the_origin) {
   MapBuilder builder(without_noise());
   test::Scan scan;
   scan.T_map_body.p = {40000.0, -12000.0, 0.0};

@@ -61,13 +61,13 @@ std::size_t points_near(const MapCloud& cloud, double x, double y, double radius
   return n;
 }
 
-TEST(MotionFilter, nothing_is_removed_from_a_room_in_which_nothing_moves) {
+TEST(MotionFilter, removes_nothing_from_a_static_room) {
   const MapResult result = mapped(Drive(false));
   EXPECT_GT(result.map.size(), 10000U);
   EXPECT_EQ(result.removed.size(), 0U);
 }
 
-TEST(MotionFilter, a_walking_person_goes_and_the_thin_pole_stays) {
+TEST(MotionFilter, removes_a_walking_person_and_keeps_a_6_cm_pole) {
   const Drive drive(true);
   MapSettings keep_all = without_grid();
   keep_all.dynamic.remove = false;
@@ -84,7 +84,7 @@ TEST(MotionFilter, a_walking_person_goes_and_the_thin_pole_stays) {
             points_near(before.map, 9.0, 7.0, 0.1, 0.1));
 }
 
-TEST(MotionFilter, only_the_person_is_removed_no_wall_and_no_floor) {
+TEST(MotionFilter, removes_the_person_but_neither_walls_nor_floor) {
   const MapResult result = mapped(Drive(true));
   ASSERT_GT(result.removed.size(), 100U);
   std::size_t elsewhere = 0;
@@ -96,7 +96,7 @@ TEST(MotionFilter, only_the_person_is_removed_no_wall_and_no_floor) {
   EXPECT_LT(static_cast<double>(elsewhere), 0.02 * static_cast<double>(result.removed.size()));
 }
 
-TEST(MotionFilter, wrong_poses_do_not_eat_the_walls) {
+TEST(MotionFilter, removes_no_walls_and_reports_a_finding_when_poses_are_wrong) {
   Drive drive(false);
   // Every sixth scan has its pose 1.5 m too far right: rays of the others pass its left wall.
   for (std::size_t k = 0; k < drive.scans.size(); k += 6) drive.scans[k].T_map_body.p.y() -= 1.5;
@@ -111,7 +111,7 @@ TEST(MotionFilter, wrong_poses_do_not_eat_the_walls) {
   EXPECT_EQ(findings[0].id, "map.dynamic");
 }
 
-TEST(MotionFilter, doubt_that_all_poses_share_does_not_keep_a_person) {
+TEST(MotionFilter, common_pose_covariance_does_not_prevent_removing_a_person) {
   // The map's position may be uncertain by metres: neighbouring keyframes still agree.
   Drive drive(true);
   const std::size_t removed = mapped(drive).removed.size();
@@ -119,7 +119,7 @@ TEST(MotionFilter, doubt_that_all_poses_share_does_not_keep_a_person) {
   EXPECT_EQ(mapped(drive).removed.size(), removed);
 }
 
-TEST(MotionFilter, poses_that_are_unsure_of_each_other_remove_nothing) {
+TEST(MotionFilter, removes_nothing_when_relative_pose_sigma_exceeds_0_5_m) {
   // Variances 0, 1, 4, 9, ... m2: from one keyframe to the next at least 1 m2, above 0.5 m squared.
   Drive drive(true);
   for (std::size_t k = 0; k < drive.scans.size(); ++k) {
@@ -131,7 +131,7 @@ TEST(MotionFilter, poses_that_are_unsure_of_each_other_remove_nothing) {
   EXPECT_EQ(mapped(drive, settings).removed.size(), 0U);
 }
 
-TEST(MotionFilter, a_keyframe_that_sees_through_walls_is_not_believed) {
+TEST(MotionFilter, a_keyframe_whose_rays_pass_walls_is_suspected) {
   Drive drive(true);
   drive.scans[6].T_map_body.p.y() += 1.5;
   SerialExecutor executor;
@@ -151,7 +151,7 @@ Scan seen_while_moving(Scan scan, double moved_y_m) {
 
 // Through a doorway at 0.8 m/s: points seen along the wall from before it are given as seen from
 // within it, and the rays between lie in the wall.
-TEST(MotionFilter, a_keyframe_in_line_with_a_wall_does_not_look_through_it) {
+TEST(MotionFilter, rays_within_a_wall_plane_do_not_count_as_passing_it) {
   Room room;
   room.partitions.push_back({4.0, 10.0, 5.0});
   std::vector<Scan> scans;
@@ -174,7 +174,7 @@ TEST(MotionFilter, a_keyframe_in_line_with_a_wall_does_not_look_through_it) {
 }
 
 // The first keyframe sees most walls first; rays of a wrong one pass them.
-TEST(MotionFilter, states_whose_walls_a_wrong_keyframe_looks_through) {
+TEST(MotionFilter, counts_walls_per_keyframe_that_a_wrong_keyframe_passes_through) {
   Drive drive(false);
   SerialExecutor executor;
   const auto made = [&] {
@@ -198,7 +198,7 @@ TEST(MotionFilter, states_whose_walls_a_wrong_keyframe_looks_through) {
 
 // Two parts of one building, overlapped by a wrong start pose: each vehicle sees thousands of its
 // own walls, and its rays pass the few of the other's that cross its path.
-TEST(MotionFilter, walls_that_another_vehicle_laid_across_are_looked_through) {
+TEST(MotionFilter, detects_rays_through_walls_of_another_misaligned_vehicle) {
   const auto seen = [](double yaw_rad) {
     Room hall;
     hall.low_m = {0.0, 3.5, 0.0};
@@ -271,7 +271,7 @@ struct Meeting {
   }
 };
 
-TEST(MotionFilter, the_body_of_another_vehicle_goes_though_nobody_looked_through_it) {
+TEST(MotionFilter, removes_the_reported_body_of_another_vehicle_without_passing_rays) {
   Meeting meeting;
   meeting.reported = false;
   const MapResult before = meeting.map();
@@ -281,7 +281,7 @@ TEST(MotionFilter, the_body_of_another_vehicle_goes_though_nobody_looked_through
   EXPECT_EQ(points_near(meeting.map().map, 8.0, 4.0, 0.4, 0.1), 0U);
 }
 
-TEST(MotionFilter, a_wall_beside_another_vehicle_stays) {
+TEST(MotionFilter, keeps_a_wall_0_5_m_from_another_vehicle) {
   // Rings 9 to 17 cm apart on the wall: its plane extends beyond the vehicle's radius.
   Meeting meeting({4.0, 7.5, 0.6});
   meeting.bodies_map_m = {{9.0, 9.5, 0.6}};  // 0.5 m from the wall at y = 10 m
@@ -322,7 +322,7 @@ TEST(BuildMap, no_keyframe_is_an_error_not_an_empty_map) {
   EXPECT_EQ(result.error().code, ErrorCode::kInput);
 }
 
-TEST(BuildMap, an_unreadable_keyframe_file_is_passed_on) {
+TEST(BuildMap, returns_the_error_of_an_unreadable_keyframe_file) {
   SerialExecutor executor;
   FindingList findings;
   const auto result = build_map(

@@ -12,14 +12,14 @@ using test::look_around;
 using test::pose_at;
 using test::Room;
 
-TEST(GroundHeight, a_lidar_0_6_m_above_the_floor_says_so) {
+TEST(GroundHeight, is_0_6_m_for_a_lidar_at_that_height) {
   const auto scan = look_around(Room{}, pose_at(10, 5, 0.6), 0.0);
   const auto height = ground_below_body(scan.view());
   ASSERT_TRUE(height.has_value());
   EXPECT_NEAR(*height, 0.6, 0.03);
 }
 
-TEST(GroundHeight, says_nothing_where_no_floor_is_seen) {
+TEST(GroundHeight, is_empty_where_no_floor_is_measured) {
   test::Scan scan;
   for (int i = 0; i < 100; ++i) scan.add(3, 0.1 * i, 1.0);
   EXPECT_FALSE(ground_below_body(scan.view()).has_value());
@@ -57,7 +57,7 @@ TEST(OccupancyGrid, behind_a_pillar_stays_unknown) {
   EXPECT_EQ(grid->at(10.0, 8.6), kUnknownCell);
 }
 
-TEST(OccupancyGrid, who_walked_through_leaves_the_way_free) {
+TEST(OccupancyGrid, cells_passed_by_a_walking_person_end_up_free) {
   GridBuilder builder(GridSettings{});
   for (int k = 0; k < 12; ++k) {
     Room room;
@@ -88,7 +88,7 @@ TEST(OccupancyGrid, rays_without_return_clear_nothing) {
   EXPECT_EQ(grid->at(4.0, 5.0), kUnknownCell);
 }
 
-TEST(OccupancyGrid, the_first_row_of_the_picture_is_the_top_of_the_map) {
+TEST(OccupancyGrid, the_first_image_row_is_the_top_of_the_map) {
   const OccupancyGrid grid = grid_of(Room{}, 1);
   ASSERT_EQ(grid.cells.size(), grid.width * grid.height);
   const auto column = static_cast<std::size_t>((10.0 - grid.origin_map_m.x()) / grid.cell_m);
@@ -101,7 +101,7 @@ TEST(OccupancyGrid, the_first_row_of_the_picture_is_the_top_of_the_map) {
   EXPECT_NEAR(y, 10.0, 0.06);
 }
 
-TEST(OccupancyGrid, without_ground_there_is_no_answer_and_a_remedy) {
+TEST(OccupancyGrid, returns_an_error_with_a_remedy_without_ground_height) {
   const GridBuilder builder(GridSettings{});
   const auto grid = builder.finish();
   ASSERT_FALSE(grid.has_value());

@@ -28,12 +28,12 @@ TEST(WallThickness, a_wall_with_1_cm_of_noise_is_1_cm_thick) {
   EXPECT_NEAR(t.median_m, 0.01, 0.0005);
 }
 
-TEST(WallThickness, two_sheets_6_cm_apart_are_seen) {
+TEST(WallThickness, of_two_sheets_6_cm_apart_is_3_2_cm) {
   // sqrt(0.01^2 + 0.03^2)
   EXPECT_NEAR(wall_thickness(wall(0.01, 0.06)).median_m, 0.0316, 0.001);
 }
 
-TEST(PlaneGrid, tells_the_distance_to_the_plane_up_to_two_cubes_away) {
+TEST(PlaneGrid, gives_the_distance_to_a_plane_up_to_two_cubes_away) {
   PlaneGrid grid;  // a floor at z = 0.1 m, 0.4 m square, points 4 cm apart
   for (int i = 0; i < 100; ++i) grid.add({0.02 + 0.04 * (i % 10), 0.02 + 0.04 * (i / 10), 0.1});
   EXPECT_NEAR(grid.distance_to_planes_m({0.6, 0.2, 0.13}), 0.03, 1e-9);
@@ -42,7 +42,7 @@ TEST(PlaneGrid, tells_the_distance_to_the_plane_up_to_two_cubes_away) {
   EXPECT_TRUE(std::isinf(grid.distance_to_planes_m({1.3, 0.2, 0.1})));
 }
 
-TEST(WallThickness, without_planes_there_is_no_number) {
+TEST(WallThickness, counts_no_planes_in_empty_or_non_planar_clouds) {
   EXPECT_EQ(wall_thickness({}).planes, 0U);
   MapCloud ball;
   Rng rng(1, "ball");

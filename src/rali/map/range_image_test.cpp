@@ -34,28 +34,28 @@ Sight look_5_m_ahead(const test::Scan& scan) {
   return image.look({5.0, 0.0, 0.0}, SightLimits{});
 }
 
-TEST(RangeImage, a_ray_that_goes_on_behind_has_passed) {
+TEST(RangeImage, marks_a_point_passed_when_the_return_is_far_behind_it) {
   EXPECT_EQ(look_5_m_ahead(two_rows(10.0, 10.0)), Sight::kPassed);
 }
 
-TEST(RangeImage, a_return_from_the_place_is_a_hit) {
+TEST(RangeImage, marks_a_point_hit_when_the_return_is_near_it) {
   EXPECT_EQ(look_5_m_ahead(two_rows(5.1, 10.0)), Sight::kHit);
 }
 
-TEST(RangeImage, a_return_between_hit_and_passage_says_nothing) {
+TEST(RangeImage, marks_a_point_unknown_when_the_return_is_20_cm_behind_it) {
   EXPECT_EQ(look_5_m_ahead(two_rows(5.2, 10.0)), Sight::kUnknown);
 }
 
-TEST(RangeImage, the_floor_in_the_next_row_is_neither_hit_nor_passage) {
+TEST(RangeImage, marks_a_point_unknown_near_a_floor_return_of_the_next_row) {
   // The lower ray ends 5 * 2 deg = 17 cm below the place: not of it, but too near to exclude it.
   EXPECT_EQ(look_5_m_ahead(two_rows(10.0, 4.9)), Sight::kUnknown);
 }
 
-TEST(RangeImage, what_stands_before_the_place_hides_it) {
+TEST(RangeImage, marks_a_point_unknown_behind_an_occluding_return) {
   EXPECT_EQ(look_5_m_ahead(two_rows(3.0, 10.0)), Sight::kUnknown);
 }
 
-TEST(RangeImage, rays_farther_apart_than_a_pole_is_thick_prove_nothing) {
+TEST(RangeImage, marks_a_point_unknown_when_ray_spacing_exceeds_the_thin_limit) {
   SightLimits limits;
   limits.thin_m = 0.01;  // 5 m * 0.2 deg = 1.7 cm
   RangeImage image;
@@ -63,7 +63,7 @@ TEST(RangeImage, rays_farther_apart_than_a_pole_is_thick_prove_nothing) {
   EXPECT_EQ(image.look({5.0, 0.0, 0.0}, limits), Sight::kUnknown);
 }
 
-TEST(RangeImage, behind_the_sensor_where_the_picture_is_cut_a_place_is_seen_as_ahead) {
+TEST(RangeImage, gives_equal_results_across_the_azimuth_wrap_around) {
   for (const double upper_m : {10.0, 5.1, 5.2, 3.0}) {
     RangeImage image;
     image.build(two_rows(upper_m, 10.0).view());
@@ -74,7 +74,7 @@ TEST(RangeImage, behind_the_sensor_where_the_picture_is_cut_a_place_is_seen_as_a
   }
 }
 
-TEST(RangeImage, a_cube_that_no_ray_reaches_need_not_be_looked_at) {
+TEST(RangeImage, may_see_is_false_for_cubes_that_no_ray_reaches) {
   RangeImage image;
   image.build(two_rows(5.0, 5.0).view());
   const SightLimits limits;
@@ -85,7 +85,7 @@ TEST(RangeImage, a_cube_that_no_ray_reaches_need_not_be_looked_at) {
   EXPECT_FALSE(image.may_see({30.0, 0.0, 0.0}, 0.5, limits)) << "beyond the range";
 }
 
-TEST(RangeImage, nothing_is_seen_in_a_cube_that_was_not_looked_at) {
+TEST(RangeImage, may_see_is_true_for_every_cube_with_an_observed_point) {
   // A window of 20 degrees beside the image's wrap-around, in a wall around the sensor.
   test::Scan scan = two_rows(6.0, 4.0);
   for (std::size_t i = 1750; i < 1850; ++i) {

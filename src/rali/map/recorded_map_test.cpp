@@ -49,7 +49,7 @@ std::vector<test::Scan> read_keyframes(const std::filesystem::path& folder) {
   return scans;
 }
 
-TEST(RecordedMap, recorded_keyframes_give_thin_walls_and_keep_them) {
+TEST(RecordedMap, recorded_keyframes_give_walls_thinner_than_5_cm_and_keep_them) {
   const std::filesystem::path folder = std::filesystem::path(RALI_DATA_DIR) / "hku_keyframes";
   if (!std::filesystem::exists(folder / "poses.tum")) {
     GTEST_SKIP() << "NOT CHECKED: no recorded keyframes at " << folder;

@@ -22,12 +22,12 @@ std::vector<StatedPose> straight(double sigma_m) {
   return track;
 }
 
-TEST(TrackCheck, two_equal_tracks_contradict_nothing) {
+TEST(TrackCheck, equal_tracks_give_no_contradiction) {
   const auto track = straight(0.01);
   EXPECT_TRUE(check_track(track, track, {}, {}).empty());
 }
 
-TEST(TrackCheck, names_the_stretch_the_distance_and_what_was_stated) {
+TEST(TrackCheck, reports_interval_distance_and_stated_sigma) {
   const auto reference = straight(0.01);
   auto judged = straight(0.05);
   for (std::size_t i = 40; i <= 60; ++i) judged[i].T.p.y() = 0.6;
@@ -39,21 +39,21 @@ TEST(TrackCheck, names_the_stretch_the_distance_and_what_was_stated) {
   EXPECT_NEAR(found[0].stated_m, 0.05, 1e-9);
 }
 
-TEST(TrackCheck, what_is_stated_is_no_contradiction) {
+TEST(TrackCheck, deviation_within_the_stated_uncertainty_is_no_contradiction) {
   const auto reference = straight(0.01);
   auto judged = straight(0.25);
   for (auto& pose : judged) pose.T.p.y() = 0.6;
   EXPECT_TRUE(check_track(judged, reference, {}, {}).empty());
 }
 
-TEST(TrackCheck, a_reference_that_is_not_sure_contradicts_nothing) {
+TEST(TrackCheck, an_uncertain_reference_gives_no_contradiction) {
   const auto reference = straight(2.0);
   auto judged = straight(0.05);
   for (auto& pose : judged) pose.T.p.x() += 1.5;
   EXPECT_TRUE(check_track(judged, reference, {}, {}).empty());
 }
 
-TEST(TrackCheck, uncertainty_counts_along_the_distance_only) {
+TEST(TrackCheck, only_uncertainty_in_the_direction_of_the_deviation_counts) {
   const auto reference = straight(0.01);
   auto judged = straight(0.02);
   for (auto& pose : judged) {
@@ -65,7 +65,7 @@ TEST(TrackCheck, uncertainty_counts_along_the_distance_only) {
   EXPECT_TRUE(check_track(judged, reference, {}, {}).empty());
 }
 
-TEST(TrackCheck, frames_are_laid_together_at_the_first_common_pose) {
+TEST(TrackCheck, frames_are_aligned_at_the_first_common_pose) {
   const auto reference = straight(0.01);
   auto judged = straight(0.01);
   SE3 T;
@@ -78,14 +78,14 @@ TEST(TrackCheck, frames_are_laid_together_at_the_first_common_pose) {
   EXPECT_FALSE(check_track(judged, reference, {}, {}).empty());
 }
 
-TEST(TrackCheck, a_pose_that_is_no_number_contradicts) {
+TEST(TrackCheck, a_nan_pose_is_a_contradiction) {
   const auto reference = straight(0.01);
   auto judged = straight(0.01);
   for (std::size_t i = 10; i < 20; ++i) judged[i].T.p.x() = std::nan("");
   EXPECT_EQ(check_track(judged, reference, {}, {}).size(), 1U);
 }
 
-TEST(TrackCheck, nothing_is_said_where_the_reference_has_a_gap) {
+TEST(TrackCheck, gaps_of_the_reference_are_not_checked) {
   auto reference = straight(0.01);
   reference.erase(reference.begin() + 20, reference.begin() + 80);
   auto judged = straight(0.01);
@@ -93,7 +93,7 @@ TEST(TrackCheck, nothing_is_said_where_the_reference_has_a_gap) {
   EXPECT_TRUE(check_track(judged, reference, {}, {}).empty());
 }
 
-TEST(TrackCheck, long_stretches_are_cut_into_equal_pieces) {
+TEST(TrackCheck, long_intervals_are_split_into_equal_parts) {
   const Stretch whole{Time::from_s(10.0), Time::from_s(45.0)};
   const auto parts = cut(whole, 10.0);
   ASSERT_EQ(parts.size(), 4U);

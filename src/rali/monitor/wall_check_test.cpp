@@ -9,13 +9,13 @@ WallSight sight(double t_s, std::size_t looks, std::size_t passes) {
   return {Time::from_s(t_s), looks, passes, 0, 0};
 }
 
-TEST(WallCheck, people_and_edges_are_no_contradiction) {
+TEST(WallCheck, rays_through_1_5_percent_of_the_walls_are_no_contradiction) {
   std::vector<WallSight> lines_of_sight;
   for (int i = 0; i < 100; ++i) lines_of_sight.push_back(sight(i, 20000, 300));  // 1.5 %
   EXPECT_TRUE(check_walls(lines_of_sight, {}).empty());
 }
 
-TEST(WallCheck, a_stretch_that_looks_through_walls_is_named_once) {
+TEST(WallCheck, consecutive_keyframes_with_rays_through_walls_give_one_interval) {
   std::vector<WallSight> lines_of_sight;
   for (int i = 0; i < 100; ++i) {
     const bool wrong = i >= 40 && i <= 50;
@@ -28,14 +28,14 @@ TEST(WallCheck, a_stretch_that_looks_through_walls_is_named_once) {
   EXPECT_NEAR(found[0].ratio, 0.1, 1e-9);
 }
 
-TEST(WallCheck, stretches_far_apart_are_two) {
+TEST(WallCheck, keyframes_29_s_apart_give_two_intervals) {
   const std::vector<WallSight> lines_of_sight{sight(0.0, 5000, 600), sight(1.0, 5000, 10),
                                               sight(30.0, 5000, 700)};
   EXPECT_EQ(check_walls(lines_of_sight, {}).size(), 2U);
 }
 
 // Two vehicles in one map at wrong poses: walls do not show which of the two is wrong.
-TEST(WallCheck, who_made_the_walls_is_named_like_who_looks_through_them) {
+TEST(WallCheck, keyframes_that_first_saw_the_passed_walls_are_reported_too) {
   std::vector<WallSight> lines_of_sight{{Time::from_s(1.0), 20000, 100, 1000, 400},
                                         {Time::from_s(2.0), 20000, 100, 1000, 30},
                                         {Time::from_s(3.0), 20000, 100, 100, 80}};
@@ -49,7 +49,7 @@ TEST(WallCheck, who_made_the_walls_is_named_like_who_looks_through_them) {
 
 // A corridor that another vehicle has placed across one's own: a few hundred places among
 // thousands.
-TEST(WallCheck, walls_of_another_vehicle_count_apart) {
+TEST(WallCheck, walls_of_other_vehicles_have_their_own_pass_ratio) {
   WallSight crossing = sight(1.0, 20000, 500);
   crossing.others_looks = 450;
   crossing.others_passes = 430;
@@ -62,7 +62,7 @@ TEST(WallCheck, walls_of_another_vehicle_count_apart) {
 }
 
 // A truck that has left since the other vehicle saw it.
-TEST(WallCheck, what_one_vehicle_alone_looks_through_is_no_contradiction) {
+TEST(WallCheck, walls_passed_by_rays_of_one_vehicle_only_are_no_contradiction) {
   WallSight through = sight(1.0, 20000, 500);
   through.others_looks = 450;
   through.others_passes = 430;
@@ -73,7 +73,7 @@ TEST(WallCheck, what_one_vehicle_alone_looks_through_is_no_contradiction) {
   EXPECT_TRUE(contradicts({{through}, {through}}));
 }
 
-TEST(WallCheck, people_whom_another_saw_first_are_no_contradiction) {
+TEST(WallCheck, rays_through_few_walls_of_other_vehicles_are_no_contradiction) {
   WallSight usual = sight(1.0, 20000, 500);
   usual.others_looks = 4000;
   usual.others_passes = 400;
@@ -82,14 +82,14 @@ TEST(WallCheck, people_whom_another_saw_first_are_no_contradiction) {
   EXPECT_TRUE(check_walls(std::vector<WallSight>{usual, few}, {}).empty());
 }
 
-TEST(WallCheck, few_looks_are_not_judged) {
+TEST(WallCheck, keyframes_with_few_walls_in_view_are_not_checked) {
   EXPECT_TRUE(check_walls(std::vector<WallSight>{sight(0.0, 700, 50)}, {}).empty());
   EXPECT_FALSE(looks_through(std::vector<WallSight>{sight(0.0, 700, 50)}, {}));
   EXPECT_TRUE(looks_through(std::vector<WallSight>{sight(0.0, 2400, 400)}, {}));
   EXPECT_EQ(judged(std::vector<WallSight>{sight(0.0, 700, 50), sight(1.0, 5000, 0)}, {}), 1U);
 }
 
-TEST(WallCheck, a_single_keyframe_of_a_vehicle_that_stands_counts) {
+TEST(WallCheck, a_single_keyframe_suffices_for_a_contradiction) {
   EXPECT_EQ(check_walls(std::vector<WallSight>{sight(0.0, 2400, 400)}, {}).size(), 1U);
 }
 

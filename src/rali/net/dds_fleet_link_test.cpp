@@ -131,7 +131,7 @@ TEST_F(DdsFleetLinks, messages_of_every_urgency_arrive_whole) {
   EXPECT_EQ(v2_->strangers(), 0U);
 }
 
-TEST_F(DdsFleetLinks, what_is_too_large_or_for_nobody_is_not_taken) {
+TEST_F(DdsFleetLinks, oversized_messages_and_invalid_receivers_are_refused) {
   ASSERT_TRUE(is_joined());
   EXPECT_FALSE(v1_->send(kV2, Urgency::kBulk, message((std::size_t{1} << 20) + 1025)));
   EXPECT_FALSE(v1_->send(VehicleId{7}, Urgency::kRole, message(4))) << "of no fleet";
@@ -142,7 +142,7 @@ TEST_F(DdsFleetLinks, what_is_too_large_or_for_nobody_is_not_taken) {
   EXPECT_EQ(row(v1_->counts(), kV3).refused, 1U);
 }
 
-TEST_F(DdsFleetLinks, a_full_queue_refuses_and_what_was_taken_arrives) {
+TEST_F(DdsFleetLinks, a_full_queue_refuses_messages_and_all_accepted_ones_arrive) {
   ASSERT_TRUE(is_joined());
   std::size_t taken = 0, refused = 0;
   for (int i = 0; i < 400; ++i) {
@@ -166,7 +166,7 @@ TEST_F(DdsFleetLinks, a_restarted_vehicle_is_received_again) {
   EXPECT_EQ(arrived[0].bytes, message(11));
 }
 
-TEST_F(DdsFleetLinks, forged_repeated_and_cut_samples_are_counted_and_dropped) {
+TEST_F(DdsFleetLinks, forged_replayed_and_truncated_samples_are_counted_and_dropped) {
   ASSERT_TRUE(is_joined());
   OutsiderForTest thief(outsider_config(), "rt/rali/bulk", kSealedType);
   ASSERT_EQ(thief.error(), "");
@@ -205,7 +205,7 @@ TEST_F(DdsFleetLinks, forged_repeated_and_cut_samples_are_counted_and_dropped) {
   EXPECT_TRUE(v2_->take().empty());
 }
 
-TEST_F(DdsFleetLinks, a_flood_of_forgeries_takes_no_place_in_the_queue) {
+TEST_F(DdsFleetLinks, a_flood_of_forged_messages_does_not_fill_the_queue) {
   ASSERT_TRUE(is_joined());
   OutsiderForTest hostile(outsider_config(), "rt/rali/role", kSealedType);
   ASSERT_EQ(hostile.error(), "");
@@ -226,7 +226,7 @@ TEST_F(DdsFleetLinks, a_flood_of_forgeries_takes_no_place_in_the_queue) {
   EXPECT_TRUE(v2_->take().empty());
 }
 
-TEST_F(DdsFleetLinks, one_who_floods_with_the_key_loses_its_own_messages_only) {
+TEST_F(DdsFleetLinks, a_flooding_fleet_member_loses_only_its_own_messages) {
   FleetLinkOptions small = options_of(kV2);
   small.queue_bytes_max = 100'000;
   v2_.reset();
@@ -275,7 +275,7 @@ class OtherProcess {
   pid_t pid_ = -1;
 };
 
-TEST(DdsFleetLink, a_dead_vehicle_holds_up_nobody) {
+TEST(DdsFleetLink, a_stopped_vehicle_does_not_delay_messages_to_others) {
   const FleetLinkOptions third = options_of(kV3);  // before the fork: the domain is by process
   const OtherProcess v3(third);
   const auto v1 = open_dds_fleet_link(options_of(kV1)), v2 = open_dds_fleet_link(options_of(kV2));
@@ -324,7 +324,7 @@ TEST(DdsFleetLink, options_out_of_range_are_refused) {
   }
 }
 
-TEST(DdsFleetLink, an_address_of_another_machine_is_named) {
+TEST(DdsFleetLink, an_address_of_another_machine_is_named_in_the_error) {
   FleetLinkOptions options = options_of(kV1);
   options.address = "203.0.113.1";
   options.peers = {{kV2, "203.0.113.2", 0}};
@@ -334,7 +334,7 @@ TEST(DdsFleetLink, an_address_of_another_machine_is_named) {
   EXPECT_EQ(link.error().where, "203.0.113.1");
 }
 
-TEST(DdsFleetLink, the_port_of_a_vehicle_that_runs_already_is_taken) {
+TEST(DdsFleetLink, a_second_instance_of_a_vehicle_is_refused) {
   const auto first = open_dds_fleet_link(options_of(kV1));
   if (!first) GTEST_SKIP() << "no loopback for DDS";
   const auto second = open_dds_fleet_link(options_of(kV1));
@@ -342,7 +342,7 @@ TEST(DdsFleetLink, the_port_of_a_vehicle_that_runs_already_is_taken) {
   EXPECT_EQ(second.error().code, ErrorCode::kMachine);
 }
 
-TEST(DdsFleetLink, settings_are_those_of_the_design) {
+TEST(DdsFleetLink, cyclone_configuration_has_the_interface_index_peers_and_message_size) {
   FleetLinkOptions options = options_of(kV2);
   options.domain = 77;
   const std::string local = cyclone_config(options);

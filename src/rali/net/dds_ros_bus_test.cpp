@@ -93,7 +93,7 @@ TEST_F(DdsRosBuses, find_each_other_within_a_second) {
   EXPECT_LT(seconds_now() - start_s, 1.0);
 }
 
-TEST_F(DdsRosBuses, clouds_of_more_than_a_megabyte_go_round) {
+TEST_F(DdsRosBuses, clouds_of_more_than_1_mb_survive_a_round_trip) {
   const RosTopic there{"/v1/points", kCloudType, kReliable}, back{"/back", kCloudType, kReliable};
   const int out = advertise(*a_, there), returned = advertise(*b_, back);
   const int in = subscribe(*b_, there);
@@ -117,7 +117,7 @@ TEST_F(DdsRosBuses, clouds_of_more_than_a_megabyte_go_round) {
   EXPECT_EQ(b_->counts().arrived, 5U);
 }
 
-TEST_F(DdsRosBuses, who_comes_late_gets_the_last_latched_message) {
+TEST_F(DdsRosBuses, a_late_subscriber_receives_the_last_latched_message) {
   const RosTopic map{"/map", "nav_msgs/msg/OccupancyGrid", kLatched};
   const int out = advertise(*a_, map);
   a_->publish(out, message(100, 1));
@@ -129,7 +129,7 @@ TEST_F(DdsRosBuses, who_comes_late_gets_the_last_latched_message) {
   EXPECT_TRUE(b_->take(Duration::from_s(0.1)).empty());
 }
 
-TEST_F(DdsRosBuses, a_publisher_without_readers_keeps_nothing_and_never_waits) {
+TEST_F(DdsRosBuses, a_publisher_without_readers_neither_queues_messages_nor_blocks) {
   const int out = advertise(*a_, {"/tf", "tf2_msgs/msg/TFMessage", kReliable});
   for (int i = 0; i < 1000; ++i) a_->publish(out, message(2000));
   EXPECT_EQ(a_->counts().published, 1000U);
@@ -138,7 +138,7 @@ TEST_F(DdsRosBuses, a_publisher_without_readers_keeps_nothing_and_never_waits) {
   EXPECT_TRUE(b_->take(Duration::from_s(0.1)).empty());
 }
 
-TEST_F(DdsRosBuses, what_is_not_taken_is_pushed_out_by_newer_and_counted) {
+TEST_F(DdsRosBuses, a_full_subscriber_queue_drops_and_counts_the_oldest_messages) {
   const RosTopic imu{"/imu", "sensor_msgs/msg/Imu", kReliable};
   const int out = advertise(*a_, imu);
   RosTopic short_queue = imu;
@@ -154,7 +154,7 @@ TEST_F(DdsRosBuses, what_is_not_taken_is_pushed_out_by_newer_and_counted) {
   EXPECT_EQ(b_->counts().overflowed, 17U);
 }
 
-TEST_F(DdsRosBuses, topics_of_others_are_listed_with_their_types) {
+TEST_F(DdsRosBuses, topics_of_other_participants_are_listed_with_their_types) {
   (void)advertise(*a_, {"/v1/points", kCloudType, kSensor});
   (void)advertise(*a_, {"/v1/points", "livox_ros_driver2/msg/CustomMsg", kSensor});
   (void)advertise(*a_, {"/map", "nav_msgs/msg/OccupancyGrid", kLatched});
@@ -180,7 +180,7 @@ TEST_F(DdsRosBuses, a_best_effort_writer_does_not_match_a_reliable_reader) {
   EXPECT_FALSE(holds_within(0.3, [&] { return a_->readers(out) > 0; }));
 }
 
-TEST_F(DdsRosBuses, too_large_and_nonsensical_samples_are_dropped_and_counted) {
+TEST_F(DdsRosBuses, oversized_and_malformed_samples_are_dropped_and_counted) {
   RosBusOptions theirs = options_;
   theirs.message_bytes_max = std::size_t{64} << 20;
   OutsiderForTest outsider(cyclone_config(theirs), "rt/v1/points",
@@ -203,7 +203,7 @@ TEST_F(DdsRosBuses, too_large_and_nonsensical_samples_are_dropped_and_counted) {
   EXPECT_EQ(b_->counts().arrived, 1U);
 }
 
-TEST_F(DdsRosBuses, a_message_that_is_too_large_is_not_sent) {
+TEST_F(DdsRosBuses, oversized_and_malformed_messages_are_not_sent) {
   const int out = advertise(*a_, {"/v1/points", kCloudType, kSensor});
   a_->publish(out, message((std::size_t{4} << 20) + 1));
   a_->publish(out, Bytes{0, 1});
@@ -211,14 +211,14 @@ TEST_F(DdsRosBuses, a_message_that_is_too_large_is_not_sent) {
   EXPECT_EQ(a_->counts().published, 0U);
 }
 
-TEST_F(DdsRosBuses, names_that_are_none_of_ros_are_refused) {
+TEST_F(DdsRosBuses, invalid_ros_topic_and_type_names_are_refused) {
   EXPECT_EQ(a_->advertise({"odom", kCloudType, kSensor}).error().code, ErrorCode::kInput);
   EXPECT_EQ(a_->advertise({"/odom", "sensor_msgs/PointCloud2", kSensor}).error().code,
             ErrorCode::kInput);
   EXPECT_EQ(a_->subscribe({"/odom", kCloudType, {true, false, 0}}).error().code, ErrorCode::kInput);
 }
 
-TEST_F(DdsRosBuses, ros_2_sees_a_node_with_its_topics) {
+TEST_F(DdsRosBuses, announces_a_ros_2_node_with_its_topics) {
   OutsiderForTest tool(cyclone_config(options_), kNodeInfoTopic, kNodeInfoType);
   ASSERT_EQ(tool.error(), "");
   const QosPtr qos = qos_for_test(true);
@@ -278,7 +278,7 @@ TEST(DdsRosBus, options_out_of_range_are_refused) {
   EXPECT_EQ(code_of(options), ErrorCode::kUsage);
 }
 
-TEST(DdsRosBus, an_interface_that_is_not_there_is_named) {
+TEST(DdsRosBus, a_missing_network_interface_is_named_in_the_error) {
   RosBusOptions options;
   options.domain = domain_for_test();
   options.interface = "nonet7";
@@ -289,7 +289,7 @@ TEST(DdsRosBus, an_interface_that_is_not_there_is_named) {
   EXPECT_NE(bus.error().message().find("ip address"), std::string::npos);
 }
 
-TEST(DdsRosBus, the_domain_is_that_of_the_environment) {
+TEST(DdsRosBus, the_domain_is_read_from_ros_domain_id) {
   ::setenv("ROS_DOMAIN_ID", "42", 1);
   EXPECT_EQ(ros_domain_of_environment().value_or(-1), 42);
   for (const char* text : {"-1", "233", "x", "4 2", "99999999999"}) {

@@ -29,7 +29,7 @@ class Envelope : public ::testing::Test {
   EnvelopeOpener v2_{kV2, key_of(0x11), {{kV1, 0}, {kV3, 0}}};
 };
 
-TEST_F(Envelope, header_is_laid_out_as_documented) {
+TEST_F(Envelope, header_has_the_documented_byte_layout) {
   const Bytes sealed = v1_.seal(2, Urgency::kBulk, bytes_of("abc"));
   ASSERT_EQ(sealed.size(), 24U + 3U + 16U);
   const Bytes header{'R',           1, 2, 0, /*from*/ 1, 0, /*to*/ 2, 0, /*epoch*/ 7, 0, 0, 0,
@@ -37,7 +37,7 @@ TEST_F(Envelope, header_is_laid_out_as_documented) {
   EXPECT_TRUE(std::equal(header.begin(), header.end(), sealed.begin()));
 }
 
-TEST_F(Envelope, opens_what_the_same_key_sealed) {
+TEST_F(Envelope, opens_messages_sealed_with_the_same_key) {
   const OpenedEnvelope opened =
       v2_.open(Urgency::kRole, v1_.seal(kEveryone, Urgency::kRole, bytes_of("stand still")));
   EXPECT_EQ(opened.verdict, EnvelopeVerdict::kGenuine);
@@ -48,14 +48,14 @@ TEST_F(Envelope, opens_what_the_same_key_sealed) {
   EXPECT_TRUE(empty.message.empty());
 }
 
-TEST_F(Envelope, hides_the_message) {
+TEST_F(Envelope, encrypts_the_message) {
   const Bytes text = bytes_of("a sentence of some length");
   const Bytes sealed = v1_.seal(2, Urgency::kBulk, text);
   EXPECT_EQ(std::search(sealed.begin(), sealed.end(), text.begin(), text.begin() + 4),
             sealed.end());
 }
 
-TEST_F(Envelope, one_wrong_bit_anywhere_is_noticed) {
+TEST_F(Envelope, one_flipped_bit_anywhere_is_detected) {
   const Bytes sealed = v1_.seal(2, Urgency::kBulk, bytes_of("fact"));
   for (std::size_t i = 0; i < 8 * sealed.size(); ++i) {
     Bytes damaged = sealed;
@@ -65,7 +65,7 @@ TEST_F(Envelope, one_wrong_bit_anywhere_is_noticed) {
   EXPECT_EQ(v2_.open(Urgency::kBulk, sealed).verdict, EnvelopeVerdict::kGenuine);
 }
 
-TEST_F(Envelope, a_cut_one_is_not_opened) {
+TEST_F(Envelope, a_truncated_envelope_is_not_opened) {
   const Bytes sealed = v1_.seal(2, Urgency::kBulk, bytes_of("fact"));
   for (std::size_t n = 0; n < sealed.size(); ++n) {
     const auto verdict = v2_.open(Urgency::kBulk, std::span(sealed).first(n)).verdict;
@@ -73,7 +73,7 @@ TEST_F(Envelope, a_cut_one_is_not_opened) {
   }
 }
 
-TEST_F(Envelope, another_key_is_a_forgery_and_an_unknown_vehicle_a_stranger) {
+TEST_F(Envelope, another_key_is_forged_and_an_unknown_vehicle_a_stranger) {
   EnvelopeSealer liar(kV1, 7, key_of(0x12));
   const OpenedEnvelope opened = v2_.open(Urgency::kRole, liar.seal(2, Urgency::kRole, Bytes(9)));
   EXPECT_EQ(opened.verdict, EnvelopeVerdict::kForged);
@@ -83,14 +83,14 @@ TEST_F(Envelope, another_key_is_a_forgery_and_an_unknown_vehicle_a_stranger) {
             EnvelopeVerdict::kStranger);
 }
 
-TEST_F(Envelope, is_good_for_its_receiver_and_topic_only) {
+TEST_F(Envelope, is_valid_only_for_its_receiver_and_topic) {
   EXPECT_EQ(v2_.open(Urgency::kBulk, v1_.seal(3, Urgency::kBulk, Bytes(4))).verdict,
             EnvelopeVerdict::kForged);
   EXPECT_EQ(v2_.open(Urgency::kRole, v1_.seal(2, Urgency::kStatus, Bytes(4))).verdict,
             EnvelopeVerdict::kForged);
 }
 
-TEST_F(Envelope, a_second_copy_counts_as_repeated) {
+TEST_F(Envelope, a_second_copy_is_reported_as_repeated) {
   const Bytes sealed = v1_.seal(2, Urgency::kBulk, Bytes(4));
   EXPECT_EQ(v2_.open(Urgency::kBulk, sealed).verdict, EnvelopeVerdict::kGenuine);
   const OpenedEnvelope again = v2_.open(Urgency::kBulk, sealed);
@@ -98,14 +98,14 @@ TEST_F(Envelope, a_second_copy_counts_as_repeated) {
   EXPECT_TRUE(again.message.empty());
 }
 
-TEST_F(Envelope, messages_may_overtake_each_other) {
+TEST_F(Envelope, messages_may_arrive_out_of_order) {
   const Bytes first = v1_.seal(2, Urgency::kStatus, Bytes(1)),
               second = v1_.seal(2, Urgency::kStatus, Bytes(2));
   EXPECT_EQ(v2_.open(Urgency::kStatus, second).verdict, EnvelopeVerdict::kGenuine);
   EXPECT_EQ(v2_.open(Urgency::kStatus, first).verdict, EnvelopeVerdict::kGenuine);
 }
 
-TEST_F(Envelope, an_older_start_of_the_sender_is_not_believed) {
+TEST_F(Envelope, messages_from_an_earlier_epoch_of_the_sender_are_rejected) {
   const Bytes old = v1_.seal(2, Urgency::kRole, Bytes(4));
   EnvelopeSealer restarted(kV1, 8, key_of(0x11));
   EXPECT_EQ(v2_.open(Urgency::kRole, restarted.seal(2, Urgency::kRole, Bytes(4))).verdict,
@@ -116,14 +116,14 @@ TEST_F(Envelope, an_older_start_of_the_sender_is_not_believed) {
   EXPECT_EQ(with_log.open(Urgency::kRole, old).verdict, EnvelopeVerdict::kRepeated);
 }
 
-TEST(SealedSample, is_a_sequence_of_bytes_in_cdr) {
+TEST(SealedSample, is_a_cdr_byte_sequence) {
   const Bytes sample = encode_sealed(bytes_of("abc"));
   EXPECT_EQ(sample, (Bytes{0, 1, 0, 0, 3, 0, 0, 0, 'a', 'b', 'c'}));
   const auto body = decode_sealed(sample);
   EXPECT_EQ(Bytes(body.begin(), body.end()), bytes_of("abc"));
 }
 
-TEST(SealedSample, what_is_cut_or_otherwise_encoded_is_empty) {
+TEST(SealedSample, truncated_or_wrongly_encoded_samples_decode_to_empty) {
   const Bytes sample = encode_sealed(bytes_of("abc"));
   for (std::size_t n = 0; n < sample.size(); ++n) {
     EXPECT_TRUE(decode_sealed(std::span(sample).first(n)).empty()) << n;
@@ -145,7 +145,7 @@ TEST(ReplayWindow, admits_each_counter_once) {
   EXPECT_FALSE(window.admit(0, 1)) << "1024 behind: too old";
 }
 
-TEST(ReplayWindow, forgets_what_a_jump_passes_over) {
+TEST(ReplayWindow, clears_old_counters_after_a_jump) {
   ReplayWindow window;
   EXPECT_TRUE(window.admit(0, 5));
   EXPECT_TRUE(window.admit(0, 5 + 1024)) << "the same place in the window";
@@ -155,7 +155,7 @@ TEST(ReplayWindow, forgets_what_a_jump_passes_over) {
   EXPECT_FALSE(window.admit(0, 6));
 }
 
-TEST(ReplayWindow, what_an_earlier_start_has_seen_is_not_new) {
+TEST(ReplayWindow, rejects_counters_seen_before_a_restart) {
   ReplayWindow window(3);
   window.recall(3, 2000);
   EXPECT_FALSE(window.admit(3, 2000));
@@ -167,7 +167,7 @@ TEST(ReplayWindow, what_an_earlier_start_has_seen_is_not_new) {
   EXPECT_TRUE(window.admit(4, 1)) << "its sender has started anew";
 }
 
-TEST_F(Envelope, after_a_restart_of_its_receiver_no_recorded_one_is_opened_again) {
+TEST_F(Envelope, replayed_envelopes_are_rejected_after_a_restart_of_the_receiver) {
   EnvelopeSealer sealer(kV1, 5, key_of(0x11));
   std::vector<Bytes> heartbeats;
   for (int k = 0; k < 10; ++k) {
@@ -197,7 +197,7 @@ TEST_F(Envelope, after_a_restart_of_its_receiver_no_recorded_one_is_opened_again
       << "of votes none is passed over";
 }
 
-TEST(ReplayWindow, begins_anew_with_each_epoch) {
+TEST(ReplayWindow, resets_with_each_new_epoch) {
   ReplayWindow window(3);
   EXPECT_FALSE(window.admit(2, 1));
   EXPECT_TRUE(window.admit(3, 9));

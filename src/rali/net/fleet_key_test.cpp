@@ -14,13 +14,13 @@ namespace fs = std::filesystem;
 
 const std::string kText = "000102030405060708090a0b0c0d0e0f101112131415161718191A1B1C1D1E1F";
 
-TEST(FleetKey, is_64_digits_with_blanks_around_them_or_not) {
+TEST(FleetKey, is_64_hexadecimal_digits_with_optional_surrounding_whitespace) {
   const auto key = parse_fleet_key(" " + kText + "\r\n", "here");
   ASSERT_TRUE(key) << key.error().message();
   for (std::size_t i = 0; i < 32; ++i) EXPECT_EQ(key->bytes[i], i);
 }
 
-TEST(FleetKey, other_texts_are_refused) {
+TEST(FleetKey, invalid_texts_are_refused) {
   for (const std::string& text :
        {std::string(), std::string("key"), kText.substr(1), kText + "0", kText + kText,
         kText.substr(0, 32) + " " + kText.substr(32), kText.substr(0, 63) + "g"}) {
@@ -31,7 +31,7 @@ TEST(FleetKey, other_texts_are_refused) {
   }
 }
 
-TEST(FleetKey, a_made_one_is_read_again_and_never_replaced) {
+TEST(FleetKey, a_created_key_is_read_back_and_never_overwritten) {
   const TestFolder folder;
   const std::string path = folder.path("fleet.key");
   const auto made = create_fleet_key(path);
@@ -46,7 +46,7 @@ TEST(FleetKey, a_made_one_is_read_again_and_never_replaced) {
   EXPECT_NE(other->bytes, made->bytes);
 }
 
-TEST(FleetKey, a_file_that_others_may_read_is_refused) {
+TEST(FleetKey, a_file_accessible_to_other_users_is_refused) {
   const TestFolder folder;
   const std::string path = folder.path("fleet.key");
   std::ofstream(path) << kText;
@@ -61,7 +61,7 @@ TEST(FleetKey, a_file_that_others_may_read_is_refused) {
   EXPECT_TRUE(load_fleet_key(path));
 }
 
-TEST(FleetKey, what_is_no_file_is_refused) {
+TEST(FleetKey, missing_and_non_regular_files_are_refused) {
   const TestFolder folder;
   EXPECT_FALSE(load_fleet_key(folder.path("none")));
   EXPECT_FALSE(load_fleet_key(folder.path("")));

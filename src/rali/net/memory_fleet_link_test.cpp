@@ -19,7 +19,7 @@ class MemoryFleetLinks : public ::testing::Test {
   std::unique_ptr<FleetLink> v1_ = fleet_.link(kV1), v2_ = fleet_.link(kV2), v3_ = fleet_.link(kV3);
 };
 
-TEST_F(MemoryFleetLinks, a_message_reaches_the_one_it_is_for) {
+TEST_F(MemoryFleetLinks, a_message_reaches_only_its_receiver) {
   EXPECT_TRUE(v1_->send(kV2, Urgency::kBulk, Bytes{7, 8}));
   EXPECT_TRUE(v3_->take().empty());
   const auto arrived = v2_->take();
@@ -30,7 +30,7 @@ TEST_F(MemoryFleetLinks, a_message_reaches_the_one_it_is_for) {
   EXPECT_TRUE(v2_->take().empty());
 }
 
-TEST_F(MemoryFleetLinks, a_message_to_all_reaches_all_others) {
+TEST_F(MemoryFleetLinks, a_broadcast_reaches_all_other_vehicles) {
   EXPECT_TRUE(v1_->send(std::nullopt, Urgency::kRole, Bytes{1}));
   EXPECT_EQ(v2_->take().size(), 1U);
   EXPECT_EQ(v3_->take().size(), 1U);
@@ -49,7 +49,7 @@ TEST_F(MemoryFleetLinks, a_full_queue_refuses_facts_and_drops_the_oldest_role) {
   EXPECT_EQ(v2_->counts()[0].overflowed, 2U);
 }
 
-TEST_F(MemoryFleetLinks, a_cut_is_one_path) {
+TEST_F(MemoryFleetLinks, a_cut_blocks_one_direction_only) {
   fleet_.cut(kV1, kV2, true);
   EXPECT_FALSE(v1_->send(kV2, Urgency::kBulk, Bytes{1})) << "nobody is there";
   EXPECT_TRUE(v1_->send(kV2, Urgency::kRole, Bytes{1})) << "sent into nothing";
@@ -62,7 +62,7 @@ TEST_F(MemoryFleetLinks, a_cut_is_one_path) {
   EXPECT_TRUE(v1_->send(kV2, Urgency::kBulk, Bytes{1}));
 }
 
-TEST_F(MemoryFleetLinks, who_is_gone_gets_nothing_and_holds_up_nobody) {
+TEST_F(MemoryFleetLinks, a_closed_link_receives_nothing_and_does_not_block_others) {
   v3_.reset();
   EXPECT_FALSE(v1_->send(kV3, Urgency::kBulk, Bytes{1}));
   EXPECT_TRUE(v1_->send(std::nullopt, Urgency::kBulk, Bytes{1}));
@@ -70,7 +70,7 @@ TEST_F(MemoryFleetLinks, who_is_gone_gets_nothing_and_holds_up_nobody) {
   EXPECT_FALSE(v1_->send(VehicleId{9}, Urgency::kRole, Bytes{1})) << "of no fleet";
 }
 
-TEST_F(MemoryFleetLinks, waiting_ends_with_a_message_of_another_thread) {
+TEST_F(MemoryFleetLinks, waiting_ends_when_another_thread_sends_a_message) {
   EXPECT_FALSE(v2_->wait(Duration::from_s(0.01)));
   std::thread sender([this] { EXPECT_TRUE(v1_->send(kV2, Urgency::kRole, Bytes{1})); });
   EXPECT_TRUE(v2_->wait(Duration::from_s(10.0)));

@@ -5,7 +5,7 @@
 namespace rali::net {
 namespace {
 
-TEST(SeenCounters, come_back_from_their_bytes_and_no_cut_gives_some) {
+TEST(SeenCounters, survive_a_round_trip_and_truncated_rows_are_refused) {
   const std::vector<SeenCounter> seen = {{{3}, true, Urgency::kRole, 7, 1ULL << 40},
                                          {{65}, false, Urgency::kStatus, 0, 1}};
   const std::vector<std::byte> bytes = encode_seen(seen);

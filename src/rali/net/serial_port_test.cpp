@@ -82,7 +82,7 @@ class SerialPorts : public ::testing::Test {
   PseudoTerminal terminal_;
 };
 
-TEST_F(SerialPorts, every_byte_comes_as_it_was_sent) {
+TEST_F(SerialPorts, every_byte_value_is_received_unchanged) {
   auto port = SerialPort::open(terminal_.name());
   ASSERT_TRUE(port) << port.error().message();
   std::vector<std::uint8_t> all(256);
@@ -102,7 +102,7 @@ TEST_F(SerialPorts, every_byte_comes_as_it_was_sent) {
                          [](std::uint8_t a, std::byte b) { return std::byte{a} == b; }));
 }
 
-TEST_F(SerialPorts, frames_of_a_radio_come_through_dirt_and_cuts) {
+TEST_F(SerialPorts, linktrack_frames_are_received_after_noise_and_in_fragments) {
   auto port = SerialPort::open(terminal_.name());
   ASSERT_TRUE(port) << port.error().message();
   wire::LinktrackStream stream;
@@ -138,7 +138,7 @@ TEST_F(SerialPorts, reading_ends_with_the_timeout) {
   EXPECT_TRUE(nothing->bytes.empty());
 }
 
-TEST_F(SerialPorts, a_device_that_is_unplugged_is_an_error) {
+TEST_F(SerialPorts, a_disconnected_device_is_an_error) {
   auto port = SerialPort::open(terminal_.name());
   ASSERT_TRUE(port) << port.error().message();
   terminal_.close_device();
@@ -147,7 +147,7 @@ TEST_F(SerialPorts, a_device_that_is_unplugged_is_an_error) {
   EXPECT_EQ(gone.error().code, ErrorCode::kMachine);
 }
 
-TEST_F(SerialPorts, is_set_to_its_speed_and_raw) {
+TEST_F(SerialPorts, port_is_set_to_its_baud_rate_and_raw_mode) {
   const auto port = SerialPort::open(terminal_.name(), 460800);
   ASSERT_TRUE(port) << port.error().message();
   const int descriptor = ::open(terminal_.name().c_str(), O_RDONLY | O_NOCTTY);
@@ -159,7 +159,7 @@ TEST_F(SerialPorts, is_set_to_its_speed_and_raw) {
   EXPECT_EQ(mode.c_iflag & static_cast<tcflag_t>(ICRNL | IXON), 0U);
 }
 
-TEST(SerialPort, what_cannot_be_opened_is_an_error) {
+TEST(SerialPort, unusable_device_or_baud_rate_is_an_error) {
   const TestFolder folder;
   EXPECT_EQ(SerialPort::open(folder.path("none")).error().code, ErrorCode::kMachine);
   EXPECT_EQ(SerialPort::open("/dev/null").error().code, ErrorCode::kMachine);

@@ -49,7 +49,7 @@ void fill_covariance(DenseAugmentedFilter& filter, double size, std::uint64_t se
   filter.P = A * A.transpose();
 }
 
-TEST(BodyAugmentedFilter, tells_pose_and_speed_of_the_body_and_not_of_the_imu) {
+TEST(BodyAugmentedFilter, reports_pose_and_velocity_of_the_body_not_the_imu) {
   Mounted m;
   const auto before = m.body.advance_to(Time{});
   ASSERT_TRUE(before);
@@ -68,7 +68,7 @@ TEST(BodyAugmentedFilter, tells_pose_and_speed_of_the_body_and_not_of_the_imu) {
   EXPECT_LT((before->w_body_radps - w).norm(), 1e-8);
 }
 
-TEST(BodyAugmentedFilter, derivatives_seen_inside_are_those_of_the_inner_pose) {
+TEST(BodyAugmentedFilter, converts_measurement_jacobians_to_the_inner_pose) {
   // Of the distance from an antenna on the body to a point in odom, by the inner pose.
   Mounted m;
   const Vec3 lever(0.3, 0.2, 0.9);
@@ -98,7 +98,7 @@ TEST(BodyAugmentedFilter, derivatives_seen_inside_are_those_of_the_inner_pose) {
   EXPECT_LT((seen.d_velocity - in.d_velocity * m.T_odom_inner.R).norm(), 1e-12);
 }
 
-TEST(BodyAugmentedFilter, an_update_moves_the_body_as_a_filter_of_the_body_would) {
+TEST(BodyAugmentedFilter, update_equals_that_of_a_filter_in_the_body_frame) {
   Mounted m;
   fill_covariance(m.inner, 0.02, 5);
   const Mat6 J = m.jacobian();
@@ -117,7 +117,7 @@ TEST(BodyAugmentedFilter, an_update_moves_the_body_as_a_filter_of_the_body_would
   EXPECT_LT(apart.norm(), 1e-8);
 }
 
-TEST(BodyAugmentedFilter, the_shift_of_the_position_is_told_in_the_odom_of_the_body) {
+TEST(BodyAugmentedFilter, reports_position_corrections_in_the_odom_frame_of_the_body) {
   // Only the position is uncertain: 0.3 m along the inner x, which is odom rotated by -0.9 rad.
   Mounted m;
   m.inner.P(3, 3) = 0.09;
@@ -129,7 +129,7 @@ TEST(BodyAugmentedFilter, the_shift_of_the_position_is_told_in_the_odom_of_the_b
   EXPECT_LT((shift - 0.18 * along).norm(), 1e-12);
 }
 
-TEST(BodyAugmentedFilter, side_states_are_the_same_numbers_inside) {
+TEST(BodyAugmentedFilter, passes_augmented_states_through_unchanged) {
   Mounted m;
   AugmentedStates::Vector mean(2);
   mean << 1.5, -2.5;
@@ -145,7 +145,7 @@ TEST(BodyAugmentedFilter, side_states_are_the_same_numbers_inside) {
   EXPECT_EQ(m.inner.widened, 4.0);
 }
 
-TEST(BodyAugmentedFilter, directions_and_covariances_are_turned_into_the_odom_of_the_body) {
+TEST(BodyAugmentedFilter, rotates_axes_and_covariances_into_the_odom_frame_of_the_body) {
   Mounted m;
   EXPECT_FALSE(m.body.degenerate_axis());
   m.inner.axis = Vec3::UnitX();
@@ -156,7 +156,7 @@ TEST(BodyAugmentedFilter, directions_and_covariances_are_turned_into_the_odom_of
   EXPECT_LT((m.body.position_covariance() - 4.0 * along * along.transpose()).norm(), 1e-12);
 }
 
-TEST(BodyAugmentedFilter, tells_nothing_while_the_filter_has_not_found_itself) {
+TEST(BodyAugmentedFilter, reports_no_state_before_the_filter_is_initialised) {
   Mounted m;
   m.inner.found_itself = false;
   EXPECT_FALSE(m.body.advance_to(Time::from_s(1.0)));

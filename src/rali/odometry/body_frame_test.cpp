@@ -54,7 +54,7 @@ struct Fixture {
   ScanResult process() { return outer->process({}, executor, findings); }
 };
 
-TEST(BodyFrame, is_nothing_when_the_imu_is_the_body) {
+TEST(BodyFrame, is_bypassed_when_imu_and_body_frames_coincide) {
   const ScanResult result;
   auto inner = std::make_unique<Canned>(result);
   const Odometry* raw = inner.get();
@@ -75,7 +75,7 @@ TEST(BodyFrame, starts_at_the_origin_heading_along_x_and_follows_the_body) {
   }
 }
 
-TEST(BodyFrame, waits_while_the_odometry_waits) {
+TEST(BodyFrame, anchors_odom_when_the_inner_odometry_stops_waiting) {
   Fixture f;
   f.inner.state = TrackState::kWaiting;
   f.inner.T_odom_body.p = Vec3(5.0, 5.0, 5.0);
@@ -98,7 +98,7 @@ TEST(BodyFrame, velocity_is_that_of_the_body_origin) {
   EXPECT_LT(f.process().v_odom_mps.norm(), 1e-12);
 }
 
-TEST(BodyFrame, covariance_and_information_are_those_of_the_moved_pose) {
+TEST(BodyFrame, covariance_and_information_are_propagated_to_the_body_pose) {
   Fixture f;
   Rng rng(1, "body");
   f.inner.T_odom_body = {so3_exp(Vec3(0.1, -0.2, 1.0)), Vec3(3.0, 1.0, 0.5)};
@@ -123,7 +123,7 @@ TEST(BodyFrame, covariance_and_information_are_those_of_the_moved_pose) {
   EXPECT_LT((out.lidar_information * out.covariance - Mat6::Identity()).norm(), 1e-6);
 }
 
-TEST(BodyFrame, turns_planes_keyframes_and_gravity_with_it) {
+TEST(BodyFrame, transforms_planes_keyframes_and_gravity_into_the_body_odom) {
   Fixture f;
   f.inner.T_odom_body = {so3_exp(Vec3(0.0, 0.0, 0.7)), Vec3(1.0, 2.0, 0.0)};
   std::vector<degeneracy::PlaneEvidence> planes(1);
@@ -154,7 +154,7 @@ TEST(BodyFrame, turns_planes_keyframes_and_gravity_with_it) {
   EXPECT_LT((lidar.p - T_odom_inner * (f.inner.T_odom_body * Vec3(0.1, 0.0, 0.0))).norm(), 1e-12);
 }
 
-TEST(ImuCalibration, gives_the_lidar_as_the_imu_sees_it) {
+TEST(ImuCalibration, expresses_the_lidar_pose_in_the_imu_frame) {
   sensor::Calibration c;
   c.T_body_imu = kBodyImu;
   c.T_body_lidar = SE3{so3_exp(Vec3(0.1, 0.2, 0.3)), Vec3(1.0, 0.0, 0.5)};

@@ -64,7 +64,7 @@ struct Scan {
   }
 };
 
-TEST(ScanMotion, puts_every_point_where_it_was_when_the_body_was_elsewhere) {
+TEST(ScanMotion, deskews_every_point_to_within_0_1_mm) {
   const Scan scan;
   // 20 cm and 11 degrees of motion within the scan; the rest is the error of linear tables.
   EXPECT_LT(scan.worst_error_m(ScanMotion(scan.poses(0.0), scan.scan.t_start, kBodyLidar)), 1e-4);
@@ -74,7 +74,7 @@ TEST(ScanMotion, puts_every_point_where_it_was_when_the_body_was_elsewhere) {
   EXPECT_GT((first - scan.world[0]).norm(), 0.5);  // the test would detect a missing correction
 }
 
-TEST(ScanMotion, takes_only_the_points_asked_for) {
+TEST(ScanMotion, deskews_only_the_requested_points) {
   const Scan scan;
   const std::vector<std::uint32_t> indices{7, 3, 200};
   const ScanMotion motion(scan.poses(0.0), scan.scan.t_start, kBodyLidar);
@@ -91,12 +91,12 @@ TEST(ScanMotion, extrapolates_before_the_first_pose) {
   EXPECT_LT(scan.worst_error_m(motion), 1e-4);
 }
 
-TEST(ScanMotion, uses_only_the_part_of_the_poses_that_the_sweep_covers) {
+TEST(ScanMotion, ignores_poses_before_the_scan) {
   const Scan scan;
   EXPECT_LT(scan.worst_error_m(ScanMotion(scan.poses(-0.3), scan.scan.t_start, kBodyLidar)), 1e-4);
 }
 
-TEST(ScanMotion, moves_all_points_alike_without_times_or_when_already_deskewed) {
+TEST(ScanMotion, applies_only_extrinsics_without_point_times_or_after_deskewing) {
   Scan scan;
   const ScanMotion motion(scan.poses(0.0), scan.scan.t_start, kBodyLidar);
   for (const bool deskewed : {false, true}) {
@@ -112,7 +112,7 @@ TEST(ScanMotion, moves_all_points_alike_without_times_or_when_already_deskewed) 
   }
 }
 
-TEST(ScanMotion, one_pose_is_no_motion) {
+TEST(ScanMotion, applies_only_extrinsics_with_a_single_pose) {
   const Scan scan;
   const std::vector<TimedPose> one{{scan.scan.t_end, body_at(0.1)}};
   BodyPoints out;
@@ -121,7 +121,7 @@ TEST(ScanMotion, one_pose_is_no_motion) {
   EXPECT_LT((Vec3(out.x_m[0], out.y_m[0], out.z_m[0]) - p).norm(), 1e-5);
 }
 
-TEST(ScanMotion, survives_poses_at_one_time_and_absurd_sweeps) {
+TEST(ScanMotion, stays_finite_with_equal_pose_times_and_hour_long_scans) {
   Scan scan;
   const std::vector<TimedPose> same{{scan.scan.t_end, body_at(0.0)},
                                     {scan.scan.t_end, body_at(0.1)}};
@@ -140,7 +140,7 @@ TEST(ScanMotion, survives_poses_at_one_time_and_absurd_sweeps) {
   EXPECT_EQ(none.size(), 0U);
 }
 
-TEST(ScanMotion, without_poses_is_our_own_mistake) {
+TEST(ScanMotion, throws_an_internal_error_without_poses) {
   EXPECT_THROW(ScanMotion({}, Time{}, kBodyLidar), InternalError);
 }
 

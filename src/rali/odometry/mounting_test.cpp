@@ -13,7 +13,7 @@ using geometry::Vec3;
 using geometry::Vec6;
 
 // 0.1 deg at 50 m are 8.7 cm laterally and in height, and nothing along the path.
-TEST(Mounting, turns_the_path_about_its_start) {
+TEST(Mounting, covariance_is_that_of_rotating_the_path_about_its_start) {
   const SE3 end{geometry::Mat3::Identity(), {50.0, 0.0, 0.0}};
   const Mat6 P = mounting_covariance(SE3{}, end, 0.1 * M_PI / 180.0);
   EXPECT_NEAR(std::sqrt(P(4, 4)), 0.0873, 1e-4);
@@ -23,7 +23,7 @@ TEST(Mounting, turns_the_path_about_its_start) {
 }
 
 // The same by rotating the path: E T E^-1 for a small rotation E about each axis.
-TEST(Mounting, is_what_a_turned_lidar_makes_of_a_path) {
+TEST(Mounting, covariance_agrees_with_numerically_rotated_lidar_mounting) {
   const SE3 first{geometry::so3_exp(Vec3(0.1, -0.2, 0.7)), {1.0, 2.0, 0.5}};
   const SE3 now{geometry::so3_exp(Vec3(-0.3, 0.4, 2.1)), {-7.0, 11.0, 3.0}};
   constexpr double kTurn = 1e-6;

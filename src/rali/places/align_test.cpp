@@ -27,7 +27,7 @@ double off_deg(const SE3& a, const SE3& b) {
   return geometry::so3_log(a.R.transpose() * b.R).norm() / kDegree;
 }
 
-TEST(align, finds_home_from_a_metre_and_ten_degrees_in_a_room) {
+TEST(align, converges_from_1_m_and_10_degrees_in_a_room) {
   Rng rng(1);
   const test::World world = test::room();
   const SE3 a = at(4.0, 4.0, 10.0), b = at(6.5, 3.5, 200.0);
@@ -48,7 +48,7 @@ TEST(align, finds_home_from_a_metre_and_ten_degrees_in_a_room) {
   }
 }
 
-TEST(align, knows_nothing_along_a_smooth_tunnel_and_stays_there) {
+TEST(align, is_degenerate_along_a_smooth_tunnel_and_keeps_the_initial_offset) {
   Rng rng(2);
   const test::World world = test::tunnel();
   const SE3 a = at(0.0, 0.3, 2.0), b = at(4.0, -0.4, 185.0);
@@ -66,7 +66,7 @@ TEST(align, knows_nothing_along_a_smooth_tunnel_and_stays_there) {
   EXPECT_NEAR(error.dot(axis), 0.5, 0.1);
 }
 
-TEST(align, is_as_good_as_it_says_over_fifty_pairs) {
+TEST(align, nees_over_50_pairs_is_consistent_with_its_information) {
   const test::World world = test::room();
   constexpr int kPairs = 50;
   double sum = 0.0;
@@ -90,7 +90,7 @@ TEST(align, is_as_good_as_it_says_over_fifty_pairs) {
   EXPECT_EQ(beyond, 0);
 }
 
-TEST(align, never_claims_more_than_the_errors_a_submap_shares) {
+TEST(align, sigma_is_never_below_the_common_submap_error) {
   Rng rng(5);
   const test::World world = test::room();
   test::Sensor dense;
@@ -106,7 +106,7 @@ TEST(align, never_claims_more_than_the_errors_a_submap_shares) {
   for (int k = 0; k < 3; ++k) EXPECT_GE(std::sqrt(P(k, k)), s.shared_sigma_deg * kDegree);
 }
 
-TEST(align, a_direction_that_is_left_open_stays_as_in_the_start_and_the_rest_is_found) {
+TEST(align, leaves_a_free_direction_at_its_start_and_solves_the_rest) {
   Rng rng(5);
   const test::World world = test::room();
   const Submap target = test::map_of(world, path(at(4.0, 4.0, 0.0), 5), rng);
@@ -131,7 +131,7 @@ TEST(align, one_wall_alone_is_never_full_rank) {
   EXPECT_TRUE(r.information.allFinite());
 }
 
-TEST(align, answers_a_start_that_is_no_number_with_nothing) {
+TEST(align, does_not_converge_from_a_nan_start_pose) {
   Rng rng(7);
   const Submap map = test::map_of(test::room(), path(at(4.0, 4.0, 0.0), 1), rng);
   SE3 start;
@@ -141,7 +141,7 @@ TEST(align, answers_a_start_that_is_no_number_with_nothing) {
   EXPECT_TRUE(r.information.isZero());
 }
 
-TEST(align, between_bodies_turns_information_into_their_axes) {
+TEST(align, between_bodies_preserves_position_and_information_of_upright_bodies) {
   Rng rng(8);
   const Submap a = test::map_of(test::room(), path(at(4.0, 4.0, 0.0), 1), rng);
   Registration r;

@@ -43,7 +43,7 @@ std::vector<Place> everywhere(const Picture& picture, std::span<const Mark> of, 
   return found;
 }
 
-TEST(CorrelateWithin, finds_the_peaks_that_the_transform_finds_there) {
+TEST(CorrelateWithin, finds_the_same_peaks_as_the_fft_correlator) {
   int compared = 0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const std::vector<Mark> source = marks(seed);
@@ -67,7 +67,7 @@ TEST(CorrelateWithin, finds_the_peaks_that_the_transform_finds_there) {
   EXPECT_GE(compared, 15) << "one for each seed and yaw, at least";
 }
 
-TEST(CorrelateWithin, has_the_marks_own_place_as_its_best_peak) {
+TEST(CorrelateWithin, self_correlation_peaks_within_one_cell_of_zero_shift) {
   const std::vector<Mark> source = marks(3);
   std::vector<Place> near;
   correlate_within(Picture(source, kCell_m), source, kCell_m, 0.0, {Vec2(-3, -3), Vec2(3, 3)},
@@ -78,7 +78,7 @@ TEST(CorrelateWithin, has_the_marks_own_place_as_its_best_peak) {
   EXPECT_GT(near.front().correlation, 0.6);
 }
 
-TEST(CorrelateWithin, finds_nothing_where_the_window_is_beside_the_picture) {
+TEST(CorrelateWithin, finds_nothing_when_the_window_is_outside_the_image) {
   const std::vector<Mark> source = marks(1);
   std::vector<Place> near;
   correlate_within(Picture(source, kCell_m), source, kCell_m, 0.0, {Vec2(100, 100), Vec2(103, 103)},

@@ -31,7 +31,7 @@ Sight thing_after(const std::vector<std::vector<Vec3f>>& scans) {
   return space.look(kThing.cast<double>());
 }
 
-TEST(free_space, knows_what_was_passed_what_was_hit_and_nothing_behind) {
+TEST(free_space, marks_passed_cells_free_hit_cells_hit_and_others_unknown) {
   FreeSpaceSettings s = settings();
   const std::vector<Vec3f> points(3, kThing);
   const std::vector<Look> looks{{kOrigin, points}};
@@ -48,7 +48,7 @@ TEST(free_space, knows_what_was_passed_what_was_hit_and_nothing_behind) {
   EXPECT_EQ(space.look({2.5, 0.1, 0.1}), Sight::kUnknown) << "1000 cells do not reach so far";
 }
 
-TEST(free_space, of_origins_far_apart_has_no_more_cells_than_allowed) {
+TEST(free_space, respects_the_cell_limit_for_distant_origins) {
   // The range shrinks until the box is thinner than a cell, which is a cell all the same.
   const std::vector<Vec3f> a{Vec3f(-89999.0F, 0.0F, 0.0F)}, b{Vec3f(90001.0F, 0.0F, 0.0F)};
   const std::vector<Look> looks{{Vec3f(-90000.0F, 0.0F, 0.0F), a},
@@ -59,7 +59,7 @@ TEST(free_space, of_origins_far_apart_has_no_more_cells_than_allowed) {
   EXPECT_LE(space.cells(), static_cast<std::size_t>(s.cells_max));
 }
 
-TEST(free_space, holds_for_loose_what_two_scans_looked_through) {
+TEST(free_space, marks_a_cell_loose_after_two_scans_pass_through_it) {
   EXPECT_EQ(thing_after({{kThing}, {kBehind}, {kBehind}}), Sight::kLoose);
   // Passed before or after the hit.
   EXPECT_EQ(thing_after({{kBehind}, {kThing}, {kBehind}}), Sight::kLoose);
@@ -67,18 +67,18 @@ TEST(free_space, holds_for_loose_what_two_scans_looked_through) {
   EXPECT_EQ(thing_after({{kThing}, {kThing}, {kThing}, {kBehind}, {kBehind}}), Sight::kLoose);
 }
 
-TEST(free_space, does_not_hold_for_loose_what_one_scan_looked_through) {
+TEST(free_space, does_not_mark_a_cell_loose_after_one_scan_passes_it) {
   EXPECT_EQ(thing_after({{kThing}, {kThing}, {kBehind}}), Sight::kHit);
   EXPECT_EQ(thing_after({{kThing}, {kBehind, kBehind, kBehind}}), Sight::kHit);
 }
 
-TEST(free_space, holds_for_solid_what_rays_graze_that_end_beside_it) {
+TEST(free_space, keeps_a_hit_if_passing_scans_also_hit_it_or_its_neighbour) {
   EXPECT_EQ(thing_after({{kThing}, {kBehind, kBeside}, {kBehind, kBeside}}), Sight::kHit);
   // Other rays of the scan that hits the thing pass its cell: the scan counts as a hit only.
   EXPECT_EQ(thing_after({{kThing, kBehind}, {kThing, kBehind}, {kThing, kBehind}}), Sight::kHit);
 }
 
-TEST(free_space, of_nothing_knows_nothing) {
+TEST(free_space, is_unknown_without_scans_or_points) {
   FreeSpace space;
   space.build({}, settings());
   EXPECT_EQ(space.look({0.0, 0.0, 0.0}), Sight::kUnknown);

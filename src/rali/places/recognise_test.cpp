@@ -43,7 +43,7 @@ Guess guess_of(const SE3& T, double sigma_m, double sigma_deg) {
   return out;
 }
 
-TEST(recognise, finds_a_room_again_without_any_guess) {
+TEST(recognise, recognises_a_room_without_a_pose_guess) {
   const Two two(test::room(), at(4.0, 4.0, 10.0), at(6.5, 3.5, 200.0), 3);
   RecogniseSettings settings;
   EXPECT_FALSE(recognise(two.target, two.source, settings).usable());  // only the two ends are seen
@@ -55,7 +55,7 @@ TEST(recognise, finds_a_room_again_without_any_guess) {
   EXPECT_LT(two.error_m(r.placements.front()), 0.02);
 }
 
-TEST(recognise, does_not_choose_between_the_doors_of_a_corridor) {
+TEST(recognise, is_ambiguous_in_a_corridor_with_repeating_doors) {
   test::CorridorOptions o;
   o.half_m = 30.0;
   const Two two(test::corridor(o), at(0.0, 0.2, 1.0), at(2.0, -0.2, 182.0), 11);
@@ -65,7 +65,7 @@ TEST(recognise, does_not_choose_between_the_doors_of_a_corridor) {
   EXPECT_FALSE(r.usable());
 }
 
-TEST(recognise, takes_the_door_that_a_guess_allows) {
+TEST(recognise, is_unique_among_repeating_doors_with_a_pose_guess) {
   test::CorridorOptions o;
   o.half_m = 30.0;
   const Two two(test::corridor(o), at(0.0, 0.2, 1.0), at(2.0, -0.2, 182.0), 11);
@@ -78,7 +78,7 @@ TEST(recognise, takes_the_door_that_a_guess_allows) {
   EXPECT_LT(two.error_m(r.placements.front()), 0.02);
 }
 
-TEST(recognise, leaves_the_place_along_the_corridor_open_where_doors_repeat_within_the_guess) {
+TEST(recognise, leaves_the_corridor_axis_unobservable_where_doors_repeat_within_the_guess) {
   test::CorridorOptions o;
   o.half_m = 30.0;
   const Two two(test::corridor(o), at(0.0, 0.2, 1.0), at(2.0, -0.2, 182.0), 11);
@@ -97,7 +97,7 @@ TEST(recognise, leaves_the_place_along_the_corridor_open_where_doors_repeat_with
   EXPECT_NEAR(std::abs(r.axis_target.x()), 1.0, 0.01);
 }
 
-TEST(recognise, does_not_believe_a_room_turned_by_180_degrees) {
+TEST(recognise, rejects_an_alignment_rotated_by_180_degrees) {
   const Two two(test::room(), at(6.0, 4.0, 0.0), at(6.0, 4.0, 0.0), 3);
   const Registration r =
       align(two.target, two.source, at(0.0, 0.0, 180.0), RecogniseSettings{}.align);
@@ -105,7 +105,7 @@ TEST(recognise, does_not_believe_a_room_turned_by_180_degrees) {
   EXPECT_FALSE(v.believable());
 }
 
-TEST(recognise, does_not_take_another_room_for_this_one) {
+TEST(recognise, does_not_match_two_different_rooms) {
   Rng rng(9);
   test::World other;
   test::add_shell(other, {0.0, 0.0, 0.0}, {7.0, 5.0, 3.0});
@@ -116,7 +116,7 @@ TEST(recognise, does_not_take_another_room_for_this_one) {
 }
 
 // The result names the check that refused the loop.
-TEST(recognise, says_which_check_refused) {
+TEST(recognise, names_the_check_that_refused_the_loop) {
   const Two two(test::room(), at(6.0, 4.0, 0.0), at(6.0, 4.0, 0.0), 3);
   const std::vector<SE3> starts = {at(0.0, 0.0, 0.0)};
   RecogniseSettings s;
@@ -129,7 +129,7 @@ TEST(recognise, says_which_check_refused) {
   EXPECT_EQ(recognise_from(two.target, two.source, {}, s).refusal, Refusal::kNone);
 }
 
-TEST(recognise, says_how_much_is_in_the_way_where_a_wrong_guess_has_them) {
+TEST(recognise, reports_the_conflict_at_a_wrong_pose_guess) {
   const Two two(test::room(), at(6.0, 4.0, 0.0), at(6.0, 4.0, 0.0), 3);
   const RecogniseSettings s;
   const Recognition right = recognise(two.target, two.source, s, guess_of(two.truth, 0.1, 2.0));
@@ -142,7 +142,7 @@ TEST(recognise, says_how_much_is_in_the_way_where_a_wrong_guess_has_them) {
   EXPECT_GT(none.conflict_as_guessed, 0.3);
 }
 
-TEST(recognise, along_a_smooth_tunnel_a_guess_gives_all_but_the_place_along_it) {
+TEST(recognise, with_a_guess_a_smooth_tunnel_is_degenerate_only_along_its_axis) {
   const Two two(test::tunnel(), at(0.0, 0.2, 1.0), at(2.0, -0.2, 182.0), 7);
   const Recognition r =
       recognise(two.target, two.source, RecogniseSettings{}, guess_of(two.truth, 0.3, 2.0));
@@ -151,7 +151,7 @@ TEST(recognise, along_a_smooth_tunnel_a_guess_gives_all_but_the_place_along_it) 
   EXPECT_FALSE(r.placements.front().registration.full_rank());
 }
 
-TEST(guess, counts_places_within_its_gate_and_no_others) {
+TEST(guess, accepts_only_poses_within_its_gate) {
   const Guess guess = guess_of(at(10.0, 0.0, 0.0), 1.0, 2.0);
   EXPECT_TRUE(within(guess, at(12.9, 0.0, 0.0), 3.0));
   EXPECT_FALSE(within(guess, at(13.3, 0.0, 0.0), 3.0));

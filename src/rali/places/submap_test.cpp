@@ -20,7 +20,7 @@ using geometry::Vec3f;
 using test::at;
 using test::path;
 
-TEST(submap, refuses_what_is_no_scan) {
+TEST(submap, refuses_empty_inconsistent_or_invalid_scans) {
   const SubmapSettings s;
   EXPECT_FALSE(make_submap({}, 0, s));
   std::vector<PosedScan> scans(1);
@@ -42,7 +42,7 @@ TEST(submap, refuses_what_is_no_scan) {
   EXPECT_FALSE(make_submap(scans, 0, s));
 }
 
-TEST(submap, leaves_out_points_that_are_no_numbers_or_too_far) {
+TEST(submap, drops_non_finite_and_far_points) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
   const std::vector<float> x{1.0F, nan, inf, 1e20F, 2.0F}, y(5, 0.0F), z(5, 0.0F);
@@ -58,7 +58,7 @@ TEST(submap, leaves_out_points_that_are_no_numbers_or_too_far) {
   EXPECT_FALSE(recognise(*map, *map, RecogniseSettings{}).found());
 }
 
-TEST(submap, stands_upright_however_the_body_leans) {
+TEST(submap, is_gravity_aligned_although_the_body_is_tilted) {
   Rng rng(1);
   SE3 T = at(4.0, 4.0, 40.0);
   T.R = T.R * geometry::so3_exp(Vec3(0.2, -0.15, 0.0));
@@ -67,7 +67,7 @@ TEST(submap, stands_upright_however_the_body_leans) {
   EXPECT_NEAR(map.ground_z_m(), 0.0, 0.02);
 }
 
-TEST(planes, face_the_sensor_and_have_the_measured_place) {
+TEST(planes, face_the_sensor_at_the_measured_position) {
   Rng rng(2);
   std::vector<Vec3f> points, rays;
   for (int k = 0; k < 100; ++k) {
@@ -82,7 +82,7 @@ TEST(planes, face_the_sensor_and_have_the_measured_place) {
   EXPECT_TRUE(planes[0].is_wall());
 }
 
-TEST(planes, one_line_of_points_is_none) {
+TEST(planes, are_not_fitted_to_a_line_of_points) {
   std::vector<Vec3f> points, rays;
   for (int k = 0; k < 100; ++k) {
     points.emplace_back(0.016F * static_cast<float>(k), 0.5F, 0.5F);
@@ -91,7 +91,7 @@ TEST(planes, one_line_of_points_is_none) {
   EXPECT_TRUE(planes_of(points, rays, PlaneSettings{}).empty());
 }
 
-TEST(fft, of_a_point_is_flat_and_comes_back) {
+TEST(fft, of_an_impulse_has_the_expected_phases_and_inverts) {
   Fft2 fft(4);
   std::vector<Fft2::Complex> p(16);
   p[6] = {2.0F, 0.0F};  // row 1, column 2: phase (-i)^(ky) (-1)^(kx), transposed
@@ -104,7 +104,7 @@ TEST(fft, of_a_point_is_flat_and_comes_back) {
   EXPECT_NEAR(std::abs(p[5]), 0.0F, 1e-5F);
 }
 
-TEST(hypotheses, hold_the_true_place_of_a_room_and_the_ridge_of_a_corridor) {
+TEST(hypotheses, contain_the_true_pose_of_a_room_and_a_corridor_ridge) {
   Rng rng(3);
   const SE3 a = at(4.0, 4.0, 10.0), b = at(6.5, 3.5, 200.0);
   const Submap target = test::map_of(test::room(), path(a, 3), rng);
@@ -123,7 +123,7 @@ TEST(hypotheses, hold_the_true_place_of_a_room_and_the_ridge_of_a_corridor) {
   EXPECT_GT(along.ridges[0].to_m - along.ridges[0].from_m, 6.0);
 }
 
-TEST(descriptor, of_a_place_turned_by_90_degrees_is_alike_with_that_yaw) {
+TEST(descriptor, matches_after_a_90_degree_turn_and_reports_that_yaw) {
   Rng rng(4);
   const DescriptorSettings s;
   const Descriptor a = describe(test::map_of(test::room(), path(at(5.0, 4.0, 0.0), 1), rng), s);

@@ -43,7 +43,7 @@ std::vector<Vec3> walk() {
   return places;
 }
 
-TEST(verify, takes_the_trail_of_one_who_walks_by_for_no_contradiction) {
+TEST(verify, does_not_count_a_walking_persons_trail_as_a_contradiction) {
   const Submap empty = seen_with({}, 1);
   const Submap trail = seen_with(walk(), 2);
   const int nobody = contradictions(empty, seen_with({}, 3));
@@ -57,7 +57,7 @@ TEST(verify, takes_the_trail_of_one_who_walks_by_for_no_contradiction) {
   EXPECT_GT(in_empty_space, 40);
 }
 
-TEST(verify, takes_what_stays_where_the_other_saw_nothing_for_a_contradiction) {
+TEST(verify, counts_a_standing_object_in_observed_free_space_as_a_contradiction) {
   const Submap empty = seen_with({}, 1);
   const Submap standing = seen_with({Vec3(5.0, 2.2, 0.0)}, 2);
   EXPECT_GE(contradictions(empty, standing), contradictions(empty, seen_with({}, 3)) + 10);

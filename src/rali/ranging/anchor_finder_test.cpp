@@ -69,7 +69,7 @@ struct Drive {
   }
 };
 
-TEST(AnchorFinder, past_an_antenna_on_a_straight_way_both_sides_are_as_likely) {
+TEST(AnchorFinder, covariance_covers_both_mirror_solutions_of_a_straight_path) {
   // 1 m to one side or 1 m to the other: 2 m apart in y, which the covariance must include.
   Drive drive;
   const auto found = drive.find(20.0);
@@ -83,7 +83,7 @@ TEST(AnchorFinder, past_an_antenna_on_a_straight_way_both_sides_are_as_likely) {
   EXPECT_LT(std::sqrt(found->covariance_m2(0, 0)), 0.05);
 }
 
-TEST(AnchorFinder, abeam_of_the_antenna_a_mirrored_place_is_not_told) {
+TEST(AnchorFinder, reports_no_mirrored_position_abeam_of_the_antenna) {
   // At 4 m, the line of sight is across the path, where the sides differ: no range would fit.
   Drive drive;
   drive.antenna_m = Vec3(6.0, 4.0, 0.0);
@@ -91,7 +91,7 @@ TEST(AnchorFinder, abeam_of_the_antenna_a_mirrored_place_is_not_told) {
   EXPECT_FALSE(drive.find(14.0));
 }
 
-TEST(AnchorFinder, a_zigzag_reports_the_side) {
+TEST(AnchorFinder, resolves_the_side_from_a_zigzag_path) {
   for (const double side : {-1.0, 1.0}) {
     Drive drive;
     drive.zigzag = true;
@@ -105,7 +105,7 @@ TEST(AnchorFinder, a_zigzag_reports_the_side) {
   }
 }
 
-TEST(AnchorFinder, in_a_passage_a_far_antenna_is_ahead_or_behind_after_two_metres) {
+TEST(AnchorFinder, in_a_passage_finds_a_far_antenna_after_2_2_m) {
   for (const double sign : {-1.0, 1.0}) {
     Drive drive;
     drive.antenna_m = Vec3(60.0 * sign, 0.0, 0.0);
@@ -125,7 +125,7 @@ TEST(AnchorFinder, in_a_passage_a_far_antenna_is_ahead_or_behind_after_two_metre
   }
 }
 
-TEST(AnchorFinder, walls_tell_how_far_ahead_who_stands_between_them_is) {
+TEST(AnchorFinder, uses_the_lateral_offset_from_walls_of_the_passage) {
   Drive drive;
   drive.antenna_m = Vec3(60.0, 0.0, 0.0);
   drive.passage = Vec3::UnitX();
@@ -137,7 +137,7 @@ TEST(AnchorFinder, walls_tell_how_far_ahead_who_stands_between_them_is) {
   EXPECT_NEAR(std::sqrt(found->covariance_m2(1, 1)), 3.49, 1e-6);
 }
 
-TEST(AnchorFinder, the_direction_of_the_passage_is_told_either_way_round) {
+TEST(AnchorFinder, accepts_a_passage_axis_of_either_sign) {
   Drive drive;
   drive.antenna_m = Vec3(60.0, 0.0, 0.0);
   drive.passage = Vec3(-Vec3::UnitX());  // an axis has no sign
@@ -147,7 +147,7 @@ TEST(AnchorFinder, the_direction_of_the_passage_is_told_either_way_round) {
   EXPECT_NEAR(found->p_odom_m.x(), 60.0 - 4.89 * 4.89 / (2.0 * 57.8), 1e-6);
 }
 
-TEST(AnchorFinder, across_a_passage_nothing_is_told_from_afar) {
+TEST(AnchorFinder, reports_no_far_position_across_a_passage) {
   // Ranges that do not change along the path contradict a peer in the passage.
   Drive drive;
   drive.antenna_m = Vec3(2.0, 60.0, 0.0);
@@ -155,7 +155,7 @@ TEST(AnchorFinder, across_a_passage_nothing_is_told_from_afar) {
   EXPECT_FALSE(drive.find(8.0));
 }
 
-TEST(AnchorFinder, tells_nothing_at_rest_however_long_it_takes) {
+TEST(AnchorFinder, reports_no_position_at_standstill) {
   Drive drive;
   Rng rng(3, "rest");
   AnchorFinder finder(FinderSettings{}, 0.0, kBiasSigma);
@@ -168,7 +168,7 @@ TEST(AnchorFinder, tells_nothing_at_rest_however_long_it_takes) {
   EXPECT_EQ(finder.samples(), 50U);  // one in 2 s
 }
 
-TEST(AnchorFinder, a_pose_that_trembles_at_rest_is_no_way) {
+TEST(AnchorFinder, does_not_count_pose_noise_at_standstill_as_distance_travelled) {
   // 1 cm of noise on the pose adds up to metres of apparent path within minutes.
   Drive drive;
   drive.settings.directions = 8;
@@ -184,7 +184,7 @@ TEST(AnchorFinder, a_pose_that_trembles_at_rest_is_no_way) {
   }
 }
 
-TEST(AnchorFinder, finds_the_place_though_the_own_speed_is_wrong) {
+TEST(AnchorFinder, finds_the_position_despite_a_velocity_error_of_5_cm_per_s) {
   // 5 cm/s too fast with a sigma as large: 0.9 m after 18 m. The position is relative to the start
   // of the ranges, so that the next ranges correct the pose.
   Drive drive;
@@ -198,7 +198,7 @@ TEST(AnchorFinder, finds_the_place_though_the_own_speed_is_wrong) {
   EXPECT_LT(drive.nees(*found), 11.3);
 }
 
-TEST(AnchorFinder, a_bias_of_the_pair_is_in_the_covariance) {
+TEST(AnchorFinder, covariance_includes_the_bias_of_the_pair) {
   Drive drive;
   drive.zigzag = true;
   drive.antenna_m = Vec3(12.0, 3.0, 0.0);
@@ -210,7 +210,7 @@ TEST(AnchorFinder, a_bias_of_the_pair_is_in_the_covariance) {
   EXPECT_LT(drive.nees(*found), 3.0);
 }
 
-TEST(AnchorFinder, one_range_in_ten_may_be_metres_too_long) {
+TEST(AnchorFinder, tolerates_10_percent_outliers_in_the_ranges) {
   int reported = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Drive drive;
@@ -229,7 +229,7 @@ TEST(AnchorFinder, one_range_in_ten_may_be_metres_too_long) {
   EXPECT_GE(reported, 7);
 }
 
-TEST(AnchorFinder, a_wrong_place_is_never_told_for_certain) {
+TEST(AnchorFinder, nees_of_the_positions_is_consistent_over_50_seeds) {
   double sum = 0.0;
   constexpr int kSeeds = 50;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -253,7 +253,7 @@ TEST(AnchorFinder, a_wrong_place_is_never_told_for_certain) {
   EXPECT_GT(sum / kSeeds, 1.0);  // nor is the covariance too large
 }
 
-TEST(AnchorFinder, what_is_not_a_number_or_has_no_sigma_is_left_out) {
+TEST(AnchorFinder, skips_samples_that_are_not_finite_or_have_no_sigma) {
   const double nan = std::nan("");
   const double inf = std::numeric_limits<double>::infinity();
   Drive drive;
@@ -286,7 +286,7 @@ TEST(AnchorFinder, what_is_not_a_number_or_has_no_sigma_is_left_out) {
   EXPECT_LT(drive.nees(*found), 1.0);
 }
 
-TEST(AnchorFinder, ranges_that_make_no_sense_crash_nothing_and_are_bounded_in_memory) {
+TEST(AnchorFinder, nonsensical_ranges_give_finite_output_and_bounded_memory) {
   Rng rng(9, "hostile");
   FinderSettings settings;
   settings.directions = 4;
@@ -320,7 +320,7 @@ TEST(AnchorFinder, the_same_ranges_give_the_same_bytes) {
             0);
 }
 
-TEST(AnchorFinder, the_way_up_may_be_any_axis) {
+TEST(AnchorFinder, works_with_any_up_axis) {
   // The same drive with x up: what was level is y and z.
   Drive drive;
   drive.zigzag = true;
@@ -338,7 +338,7 @@ TEST(AnchorFinder, the_way_up_may_be_any_axis) {
   EXPECT_LT((found->p_odom_m - Vec3(0.0, 6.0, 4.0)).norm(), 0.2);
 }
 
-TEST(AnchorFinder, the_height_of_the_other_antenna_is_taken_from_the_lever_arms) {
+TEST(AnchorFinder, uses_the_given_height_difference_of_the_antennas) {
   // 3 m higher and 4 m ahead: 5 m of range.
   Drive drive;
   drive.antenna_m = Vec3(8.0, 1.5, 3.0);
@@ -354,7 +354,7 @@ TEST(AnchorFinder, the_height_of_the_other_antenna_is_taken_from_the_lever_arms)
   EXPECT_LT(drive.nees(*found), 1.0);
 }
 
-TEST(AnchorFinder, begins_anew_after_a_reset) {
+TEST(AnchorFinder, starts_without_samples_after_a_reset) {
   Drive drive;
   drive.zigzag = true;
   Rng rng(1, "finder");

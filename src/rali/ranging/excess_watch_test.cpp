@@ -35,7 +35,7 @@ struct Fed {
   }
 };
 
-TEST(ExcessWatch, a_burst_of_two_seconds_is_refused_from_its_first_range_and_ends) {
+TEST(ExcessWatch, refuses_a_two_second_burst_from_its_first_range) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
   EXPECT_EQ(fed.quiet(0.6), ExcessVerdict::kWaiting);
@@ -48,7 +48,7 @@ TEST(ExcessWatch, a_burst_of_two_seconds_is_refused_from_its_first_range_and_end
   fed.expect_quiet(60, 0.0);
 }
 
-TEST(ExcessWatch, a_second_burst_is_refused_like_the_first) {
+TEST(ExcessWatch, refuses_a_second_burst_like_the_first) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
   for (int k = 0; k < 20; ++k) EXPECT_NE(fed.quiet(0.6), ExcessVerdict::kNone) << k;
@@ -58,7 +58,7 @@ TEST(ExcessWatch, a_second_burst_is_refused_like_the_first) {
   for (int k = 0; k < 20; ++k) EXPECT_NE(fed.quiet(0.5), ExcessVerdict::kNone) << k;
 }
 
-TEST(ExcessWatch, one_outlier_is_held_back_and_nothing_else) {
+TEST(ExcessWatch, holds_back_a_single_outlier_and_nothing_else) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
   EXPECT_EQ(fed.next(0.6), ExcessVerdict::kWaiting);
@@ -67,7 +67,7 @@ TEST(ExcessWatch, one_outlier_is_held_back_and_nothing_else) {
   fed.expect_quiet(5, 0.0);
 }
 
-TEST(ExcessWatch, outliers_on_both_sides_are_no_step) {
+TEST(ExcessWatch, alternating_outliers_are_not_a_step) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
   for (int k = 0; k < 10; ++k) {
@@ -76,14 +76,14 @@ TEST(ExcessWatch, outliers_on_both_sides_are_no_step) {
   fed.expect_quiet(5, 0.0);
 }
 
-TEST(ExcessWatch, a_residual_that_creeps_away_is_the_pose_and_no_step) {
+TEST(ExcessWatch, a_slowly_drifting_residual_is_not_a_step) {
   // 5 cm from one to the next, 1 m/s: five ranges behind, the median is off by more than 0.2 m.
   Fed fed;
   fed.expect_quiet(40, 0.0);
   for (int k = 0; k < 60; ++k) EXPECT_EQ(fed.quiet(0.05 * k), ExcessVerdict::kNone) << k;
 }
 
-TEST(ExcessWatch, a_step_down_is_a_relief) {
+TEST(ExcessWatch, reports_a_downward_step_as_relieved) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
   EXPECT_EQ(fed.quiet(-0.5), ExcessVerdict::kWaiting);
@@ -93,7 +93,7 @@ TEST(ExcessWatch, a_step_down_is_a_relief) {
   fed.expect_quiet(40, -0.5);
 }
 
-TEST(ExcessWatch, an_excess_longer_than_any_obstacle_is_believed) {
+TEST(ExcessWatch, accepts_an_excess_that_lasts_longer_than_6_s) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
   // The third range confirms the step; 6 s later, 120 ranges, it is accepted as distance.
@@ -104,7 +104,7 @@ TEST(ExcessWatch, an_excess_longer_than_any_obstacle_is_believed) {
   EXPECT_EQ(fed.quiet(0.0), ExcessVerdict::kRelieved);  // the line of sight is free again
 }
 
-TEST(ExcessWatch, passing_the_antenna_with_a_wrong_pose_is_no_step) {
+TEST(ExcessWatch, allows_for_pose_sigma_when_the_line_of_sight_turns) {
   // The line of sight turned by 0.3 rad, the sigma of the pose is 0.5 m: 0.15 m, and 4 times that
   // is 0.6 m.
   Fed turned;
@@ -116,7 +116,7 @@ TEST(ExcessWatch, passing_the_antenna_with_a_wrong_pose_is_no_step) {
   EXPECT_EQ(straight.quiet(0.45), ExcessVerdict::kWaiting);
 }
 
-TEST(ExcessWatch, silence_ends_an_excess_and_makes_steps_meaningless) {
+TEST(ExcessWatch, a_gap_of_1_1_s_ends_an_excess_and_step_detection) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
   fed.t_s += 1.1;
@@ -130,13 +130,13 @@ TEST(ExcessWatch, silence_ends_an_excess_and_makes_steps_meaningless) {
   EXPECT_EQ(shorter.quiet(0.6), ExcessVerdict::kWaiting);
 }
 
-TEST(ExcessWatch, nothing_is_a_step_before_there_is_a_level) {
+TEST(ExcessWatch, detects_no_step_before_a_reference_level_exists) {
   Fed fed;
   const double first_m[] = {0.0, 3.0, -2.0, 1.0, 0.5};
   for (const double nu_m : first_m) EXPECT_EQ(fed.next(nu_m), ExcessVerdict::kNone);
 }
 
-TEST(ExcessWatch, noise_of_the_ranges_hides_steps_smaller_than_four_sds_of_it) {
+TEST(ExcessWatch, ignores_steps_below_4_sigma_of_the_range_noise) {
   // 10 cm up and down: the noise is sigma, 4 of them are 0.4 m. The same step is detected in ranges
   // with little noise.
   Fed noisy;
@@ -149,13 +149,13 @@ TEST(ExcessWatch, noise_of_the_ranges_hides_steps_smaller_than_four_sds_of_it) {
   EXPECT_EQ(quiet.next(0.25), ExcessVerdict::kWaiting);
 }
 
-TEST(ExcessWatch, noise_is_not_believed_to_be_more_than_the_sigma_of_a_range) {
+TEST(ExcessWatch, limits_the_estimated_noise_to_the_range_sigma) {
   Fed fed;
   for (int k = 0; k < 60; ++k) static_cast<void>(fed.next(k % 2 == 0 ? 0.3 : -0.3));
   EXPECT_EQ(fed.next(1.0), ExcessVerdict::kWaiting);  // by its own noise the limit would be 1.8 m
 }
 
-TEST(ExcessWatch, an_excess_ends_with_a_step_down_of_more_than_a_share_of_it) {
+TEST(ExcessWatch, an_excess_ends_with_a_downward_step_over_40_percent) {
   // Of 1 m, 0.44 m are gone at once: more than 40 %. A step down of 0.3 m does not end it.
   Fed over;
   over.expect_quiet(40, 0.0);
@@ -169,7 +169,7 @@ TEST(ExcessWatch, an_excess_ends_with_a_step_down_of_more_than_a_share_of_it) {
   for (int k = 0; k < 10; ++k) EXPECT_EQ(not_yet.next(0.7), ExcessVerdict::kExcess) << k;
 }
 
-TEST(ExcessWatch, an_excess_that_drifts_with_the_speed_still_ends_with_its_step_down) {
+TEST(ExcessWatch, an_excess_with_velocity_drift_still_ends_with_its_downward_step) {
   // The speed is wrong by 0.2 m/s: after 2 s the level is at 1.0 m, and the free distance at 0.4 m.
   Fed fed;
   fed.expect_quiet(40, 0.0);
@@ -179,7 +179,7 @@ TEST(ExcessWatch, an_excess_that_drifts_with_the_speed_still_ends_with_its_step_
   EXPECT_EQ(fed.next(0.43), ExcessVerdict::kNone);
 }
 
-TEST(ExcessWatch, a_pose_more_doubtful_than_the_excess_ends_it) {
+TEST(ExcessWatch, an_excess_ends_if_pose_sigma_exceeds_it_1_5_times) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
   for (int k = 0; k < 20; ++k) EXPECT_NE(fed.quiet(0.6), ExcessVerdict::kNone) << k;
@@ -201,7 +201,7 @@ TEST(ExcessWatch, noise_alone_is_rarely_a_step) {
   EXPECT_EQ(steps, 0);
 }
 
-TEST(ExcessWatch, what_is_not_a_number_changes_nothing) {
+TEST(ExcessWatch, nan_and_infinite_residuals_change_nothing) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
   for (int k = 0; k < 5; ++k) {
@@ -211,7 +211,7 @@ TEST(ExcessWatch, what_is_not_a_number_changes_nothing) {
   EXPECT_EQ(fed.quiet(0.6), ExcessVerdict::kWaiting);
 }
 
-TEST(ExcessWatch, forgets_all_on_reset) {
+TEST(ExcessWatch, a_reset_clears_its_level_and_excess) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
   for (int k = 0; k < 10; ++k) static_cast<void>(fed.quiet(0.6));

@@ -70,7 +70,7 @@ TEST(ExchangePairer, directions_half_a_slot_apart_are_two_ranges) {
   EXPECT_EQ(fed.reported(), (Reported{10.2}));
 }
 
-TEST(ExchangePairer, a_link_heard_from_one_end_never_waits) {
+TEST(ExchangePairer, never_delays_a_link_reported_by_one_end_only) {
   Fed fed;
   for (int i = 0; i < 5; ++i) {
     fed.add(range(0.05 * i, 1, 2, 10.0 + i));
@@ -78,14 +78,14 @@ TEST(ExchangePairer, a_link_heard_from_one_end_never_waits) {
   }
 }
 
-TEST(ExchangePairer, the_first_partner_ever_heard_comes_too_late_for_a_mean) {
+TEST(ExchangePairer, marks_the_first_reverse_measurement_of_a_link_as_duplicate) {
   Fed fed;
   fed.add(range(0.000, 1, 2, 10.0));
   fed.add(range(0.001, 2, 1, 10.2));
   EXPECT_EQ(fed.reported(), (Reported{10.0, -10.2}));
 }
 
-TEST(ExchangePairer, a_repeated_message_says_nothing_new) {
+TEST(ExchangePairer, marks_a_repeated_message_as_duplicate) {
   Fed fed;
   fed.add(range(0.0, 1, 2, 10.0));
   fed.add(range(0.0, 1, 2, 10.0));
@@ -94,7 +94,7 @@ TEST(ExchangePairer, a_repeated_message_says_nothing_new) {
   EXPECT_EQ(fed.reported(), (Reported{10.0, -10.0, 11.0, -10.0}));
 }
 
-TEST(ExchangePairer, what_comes_late_through_the_network_finds_its_exchange) {
+TEST(ExchangePairer, assigns_late_messages_to_their_exchange) {
   Fed fed;
   fed.receive_both();
   fed.add(range(0.00, 1, 2, 10.0));
@@ -107,7 +107,7 @@ TEST(ExchangePairer, what_comes_late_through_the_network_finds_its_exchange) {
   EXPECT_EQ(fed.reported(), (Reported{10.05}));
 }
 
-TEST(ExchangePairer, one_exchange_has_two_directions_and_not_three) {
+TEST(ExchangePairer, merges_at_most_two_directions_per_exchange) {
   Fed fed;
   fed.receive_both();
   fed.add(range(0.000, 1, 2, 10.0));
@@ -164,7 +164,7 @@ TEST(ExchangePairer, nothing_waits_longer_than_half_a_slot) {
   EXPECT_EQ(fed.reported(), (Reported{10.0, 20.0}));
 }
 
-TEST(ExchangePairer, a_merged_range_keeps_what_is_known_of_either) {
+TEST(ExchangePairer, a_merged_range_combines_sigma_and_signal_strength_of_both) {
   Fed fed;
   fed.receive_both();
   RangeSample a = range(0.000, 1, 2, 10.0);
@@ -182,7 +182,7 @@ TEST(ExchangePairer, a_merged_range_keeps_what_is_known_of_either) {
   EXPECT_EQ(m.first_path_dbm, -83.0);
 }
 
-TEST(ExchangePairer, a_range_that_is_not_a_number_is_left_to_others) {
+TEST(ExchangePairer, passes_on_a_nan_range_without_merging_it) {
   Fed fed;
   fed.receive_both();
   fed.add(range(0.000, 1, 2, std::nan("")));
@@ -193,7 +193,7 @@ TEST(ExchangePairer, a_range_that_is_not_a_number_is_left_to_others) {
   EXPECT_EQ(fed.out[1].sample.range_m, 10.0);
 }
 
-TEST(ExchangePairer, keeps_no_more_than_its_history_even_if_a_clock_goes_back) {
+TEST(ExchangePairer, bounds_its_history_even_if_a_clock_goes_back) {
   ExchangeSettings s;
   s.history = 3;
   ExchangePairer pairer(s);

@@ -40,7 +40,7 @@ MixtureSight from(double x_m) {
   return s;
 }
 
-TEST(LandmarkMixture, begins_as_the_gaussian_it_was_cut_from) {
+TEST(LandmarkMixture, starts_with_the_mean_and_covariance_of_its_gaussian) {
   const Mixture m = mixture(3.0);
   EXPECT_GT(m.slices(), 20);
   EXPECT_LT(m.mean().norm(), 1e-9);
@@ -48,7 +48,7 @@ TEST(LandmarkMixture, begins_as_the_gaussian_it_was_cut_from) {
   EXPECT_NEAR(m.covariance()(Mixture::kAlong, Mixture::kAlong), 0.01, 1e-9);
 }
 
-TEST(LandmarkMixture, what_hangs_on_the_place_across_is_cut_with_it) {
+TEST(LandmarkMixture, preserves_correlations_with_the_lateral_position) {
   Mixture::Matrix P = known_to(2.0);
   P(Mixture::kAlong, Mixture::kAcross) = P(Mixture::kAcross, Mixture::kAlong) = 0.1;
   const Mixture m(MixtureSettings{}, Vec3::UnitX(), Vec3::UnitY(), P);
@@ -57,7 +57,7 @@ TEST(LandmarkMixture, what_hangs_on_the_place_across_is_cut_with_it) {
 }
 
 // A landmark initialised by this very pair is correlated with its bias: that must be kept.
-TEST(LandmarkMixture, a_bias_that_the_place_hangs_on_comes_with_what_hangs) {
+TEST(LandmarkMixture, adding_a_bias_preserves_its_correlations) {
   Mixture::Matrix P = and_bias(known_to(2.0));
   P(Mixture::kPlace, Mixture::kBias) = P(Mixture::kBias, Mixture::kPlace) = -0.018;
   P(Mixture::kAcross, Mixture::kBias) = P(Mixture::kBias, Mixture::kAcross) = 0.05;
@@ -69,7 +69,7 @@ TEST(LandmarkMixture, a_bias_that_the_place_hangs_on_comes_with_what_hangs) {
   EXPECT_NEAR(now(Mixture::kBias, Mixture::kBias), 0.01, 1e-4);
 }
 
-TEST(LandmarkMixture, from_afar_it_is_the_kalman_filter) {
+TEST(LandmarkMixture, equals_a_kalman_filter_at_long_range) {
   Mixture m = mixture(0.1);
   // S: 0.01 + 0.04 + 0.01 + 1e-6 + R 0.01; the own position follows by 0.01 / S of the residual.
   const MixtureSight sight = from(-50.0);
@@ -82,7 +82,7 @@ TEST(LandmarkMixture, from_afar_it_is_the_kalman_filter) {
   EXPECT_NEAR(m.covariance()(Mixture::kAcross, Mixture::kAcross), 0.01, 1e-9);
 }
 
-TEST(LandmarkMixture, a_range_after_long_silence_leads_to_where_it_was_measured) {
+TEST(LandmarkMixture, one_range_corrects_8_m_of_drift_along_the_passage) {
   // Estimated 20 m before the peer, with sigma 8 m; in truth 12 m. The lateral offset is 3 m: from
   // -20 m the distance changes by 0.989 m per metre, from -12 m by 0.970.
   Mixture::Matrix P = known_to(0.01);
@@ -99,7 +99,7 @@ TEST(LandmarkMixture, a_range_after_long_silence_leads_to_where_it_was_measured)
   EXPECT_NEAR(std::sqrt(m.covariance()(Mixture::kAlong, Mixture::kAlong)), 0.1036, 0.002);
 }
 
-TEST(LandmarkMixture, finds_both_sides_by_passing_and_keeps_one) {
+TEST(LandmarkMixture, represents_both_sides_after_passing_and_selects_one) {
   Mixture m = mixture(3.0);
   for (double x_m = -10.0; x_m < 8.0; x_m += 0.1) {
     const MixtureSight sight = from(x_m);
@@ -117,7 +117,7 @@ TEST(LandmarkMixture, finds_both_sides_by_passing_and_keeps_one) {
   EXPECT_LT(m.mean().norm(), 1e-9);
 }
 
-TEST(LandmarkMixture, time_passes_as_the_filter_says_and_a_standstill_is_learned) {
+TEST(LandmarkMixture, follows_filter_propagation_and_zero_velocity_updates) {
   Mixture m = mixture(1.0);
   Mixture::Matrix now = m.covariance();
   now(Mixture::kAlong, Mixture::kAlong) += 0.0025;  // 1 s at 0.05 m/s
@@ -130,7 +130,7 @@ TEST(LandmarkMixture, time_passes_as_the_filter_says_and_a_standstill_is_learned
   EXPECT_NEAR(m.covariance()(Mixture::kSpeed, Mixture::kSpeed), 1e-6, 1e-8);
 }
 
-TEST(LandmarkMixture, who_is_heard_in_a_passage_stands_in_it) {
+TEST(LandmarkMixture, applies_the_lateral_constraint_of_a_passage_once) {
   Mixture m = mixture(5.0);
   m.stands_within(from(-20.0), 0.0, 1.0);
   // N(0, 5^2) times N(0, 1).
@@ -139,7 +139,7 @@ TEST(LandmarkMixture, who_is_heard_in_a_passage_stands_in_it) {
   EXPECT_NEAR(m.covariance()(Mixture::kAcross, Mixture::kAcross), 25.0 / 26.0, 0.2);
 }
 
-TEST(LandmarkMixture, has_room_for_some_pairs_and_no_more) {
+TEST(LandmarkMixture, limits_the_number_of_pair_biases) {
   Mixture m = mixture(1.0);
   for (int k = Mixture::kBias + 1; k < Mixture::kMax; ++k) {
     EXPECT_EQ(m.add_bias(and_bias(m.covariance())), k);

@@ -22,7 +22,7 @@ PairPrior prior() {
 
 // Position and constant have the same sigma as the range, and the range is 0.3 m too long: each
 // takes a third of it.
-TEST(PairCalibration, shares_a_range_among_place_constant_and_noise_by_their_variances) {
+TEST(PairCalibration, distributes_a_residual_over_position_bias_and_noise_by_variance) {
   PairCalibration c(prior());
   c.start_stay({10.0, 0.0, 0.0}, Mat3::Zero());
   EXPECT_TRUE(c.add(Vec3::Zero(), 10.3));
@@ -34,7 +34,7 @@ TEST(PairCalibration, shares_a_range_among_place_constant_and_noise_by_their_var
 
 // From both sides 10.3 and 9.9 m: with d and b for position and constant less the prior's,
 // 3 d = 0.4 and 3 b = 0.2.
-TEST(PairCalibration, parts_place_and_constant_by_ranges_from_both_sides) {
+TEST(PairCalibration, separates_position_and_bias_by_ranges_from_both_sides) {
   PairCalibration c(prior());
   c.start_stay({10.0, 0.0, 0.0}, Mat3::Zero());
   EXPECT_TRUE(c.add(Vec3::Zero(), 10.3));
@@ -43,7 +43,7 @@ TEST(PairCalibration, parts_place_and_constant_by_ranges_from_both_sides) {
   EXPECT_NEAR(c.constant_m(), 0.2 / 3.0, 1e-5);
 }
 
-TEST(PairCalibration, counts_ranges_from_one_spot_once) {
+TEST(PairCalibration, uses_one_range_per_metre_travelled) {
   PairCalibration c(prior());
   c.start_stay({10.0, 0.0, 0.0}, Mat3::Zero());
   EXPECT_TRUE(c.add(Vec3::Zero(), 10.3));
@@ -51,7 +51,7 @@ TEST(PairCalibration, counts_ranges_from_one_spot_once) {
   EXPECT_TRUE(c.add({1.1, 0.0, 0.0}, 9.2));
 }
 
-TEST(PairCalibration, keeps_the_constant_for_the_next_stay_but_not_the_place) {
+TEST(PairCalibration, keeps_the_bias_but_not_the_position_for_the_next_stop) {
   PairCalibration c(prior());
   c.start_stay({10.0, 0.0, 0.0}, Mat3::Identity());
   for (int k = 0; k < 30; ++k) {
@@ -70,7 +70,7 @@ TEST(PairCalibration, keeps_the_constant_for_the_next_stay_but_not_the_place) {
 
 // The peer reports 20 m, and its heading was measured 0.1 rad wrong: its position is 2 m off to the
 // side. The next position is right before a range comes.
-TEST(PairCalibration, learns_the_heading_of_the_peers_frame_for_the_next_stay) {
+TEST(PairCalibration, estimates_the_heading_of_the_peer_frame_for_the_next_stop) {
   PairPrior p = prior();
   p.origin_m = Vec3::Zero();
   p.sigma_m = 0.01;
@@ -88,7 +88,7 @@ TEST(PairCalibration, learns_the_heading_of_the_peers_frame_for_the_next_stay) {
   EXPECT_NEAR(c.place_m().y(), 40.0 * std::sin(yaw), 0.3);
 }
 
-TEST(PairCalibration, an_obstructed_range_moves_it_little) {
+TEST(PairCalibration, an_obstructed_range_changes_the_bias_by_under_6_cm) {
   PairCalibration c(prior());
   c.start_stay({10.0, 0.0, 0.0}, Mat3::Zero());
   for (int k = 0; k < 5; ++k) EXPECT_TRUE(c.add({2.0 * k, 0.0, 0.0}, 10.0 - 2.0 * k + 0.1));
@@ -97,7 +97,7 @@ TEST(PairCalibration, an_obstructed_range_moves_it_little) {
   EXPECT_LT(std::abs(c.constant_m() - before_m), 0.06);
 }
 
-TEST(PairCalibration, refuses_what_is_not_a_number) {
+TEST(PairCalibration, refuses_nan_positions_and_ranges) {
   PairCalibration c(prior());
   c.start_stay({10.0, 0.0, 0.0}, Mat3::Zero());
   EXPECT_FALSE(c.add({std::nan(""), 0.0, 0.0}, 10.0));
@@ -106,7 +106,7 @@ TEST(PairCalibration, refuses_what_is_not_a_number) {
 }
 
 // Draws by its own assumptions: the squared error of distance plus constant fits its covariance.
-TEST(PairCalibration, states_its_errors_honestly) {
+TEST(PairCalibration, normalised_squared_error_has_a_mean_of_one) {
   Rng rng(7, "pair calibration");
   double squares = 0.0;
   constexpr int kRuns = 300;

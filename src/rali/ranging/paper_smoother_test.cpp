@@ -28,7 +28,7 @@ SmoothedRange last_of(PaperRangeSmoother& smoother, int n, double step_s,
 }
 
 // Test T8 of the design: weights (-0.2, 0, 0.2, 0.4, 0.6).
-TEST(PaperSmoother, a_line_of_five_has_the_numbers_worked_by_hand) {
+TEST(PaperSmoother, a_line_fit_of_five_samples_matches_hand_computed_values) {
   PaperRangeSmoother smoother(with(PaperSmoother::kLine));
   const double u[] = {10.0, 10.1, 10.25, 10.28, 10.42};
   std::optional<SmoothedRange> out;
@@ -39,7 +39,7 @@ TEST(PaperSmoother, a_line_of_five_has_the_numbers_worked_by_hand) {
   EXPECT_EQ(out->samples, 5);
 }
 
-TEST(PaperSmoother, weights_of_a_line_are_those_of_the_closed_form) {
+TEST(PaperSmoother, line_fit_weights_match_the_closed_form) {
   for (int unit = 0; unit < 5; ++unit) {
     PaperRangeSettings s = with(PaperSmoother::kLine);
     s.smoother_outlier_samples = 1000;  // one sample different from all others is meant here
@@ -51,7 +51,7 @@ TEST(PaperSmoother, weights_of_a_line_are_those_of_the_closed_form) {
   }
 }
 
-TEST(PaperSmoother, one_second_at_twenty_hertz_has_the_sd_and_bias_of_the_design) {
+TEST(PaperSmoother, line_fit_over_21_samples_has_the_designed_sigma_and_bias) {
   PaperRangeSmoother smoother(with(PaperSmoother::kLine));
   const double acceleration = 0.5;
   const auto out =
@@ -61,7 +61,7 @@ TEST(PaperSmoother, one_second_at_twenty_hertz_has_the_sd_and_bias_of_the_design
   EXPECT_NEAR(out.range_m - 20.0, -0.079167 * acceleration, 1e-6);
 }
 
-TEST(PaperSmoother, neighbours_of_a_line_are_correlated_as_the_design_says) {
+TEST(PaperSmoother, consecutive_line_fits_have_a_correlation_of_0_883) {
   PaperRangeSettings s = with(PaperSmoother::kLine);
   s.smoother_outlier_sds = 100.0;
   PaperRangeSmoother smoother(s);
@@ -80,7 +80,7 @@ TEST(PaperSmoother, neighbours_of_a_line_are_correlated_as_the_design_says) {
   EXPECT_NEAR(xy / xx, 0.883, 0.01);
 }
 
-TEST(PaperSmoother, irregular_times_do_not_bend_a_line) {
+TEST(PaperSmoother, a_line_fit_is_exact_for_irregular_times) {
   PaperRangeSmoother smoother(with(PaperSmoother::kLine));
   Rng rng(1, "times");
   double t_s = 0.0;
@@ -90,7 +90,7 @@ TEST(PaperSmoother, irregular_times_do_not_bend_a_line) {
   }
 }
 
-TEST(PaperSmoother, modes_follow_what_they_can) {
+TEST(PaperSmoother, each_mode_is_exact_for_curves_of_its_order) {
   const auto curve = [](double t) { return 20.0 + t + 0.25 * t * t; };
   PaperRangeSmoother quadratic(with(PaperSmoother::kQuadratic));
   EXPECT_NEAR(last_of(quadratic, 40, 0.05, curve).range_m, 20.0, 1e-9);
@@ -117,7 +117,7 @@ TEST(PaperSmoother, one_gross_error_is_removed_even_as_the_newest) {
   }
 }
 
-TEST(PaperSmoother, starts_anew_after_a_gap_or_backward_in_time) {
+TEST(PaperSmoother, restarts_after_a_gap_or_backward_time) {
   PaperRangeSmoother smoother(with(PaperSmoother::kLine));
   for (int i = 0; i < 10; ++i) (void)smoother.add(at(0.05 * i), 10.0);
   EXPECT_EQ(smoother.add(at(0.45 + 0.49), 10.0)->samples, 11);
@@ -126,7 +126,7 @@ TEST(PaperSmoother, starts_anew_after_a_gap_or_backward_in_time) {
   EXPECT_EQ(smoother.add(at(1.40), 15.0)->samples, 1);
 }
 
-TEST(PaperSmoother, starts_anew_with_another_anchor) {
+TEST(PaperSmoother, restarts_after_a_reset_for_another_anchor) {
   PaperRangeSmoother smoother(with(PaperSmoother::kLine));
   for (int i = 0; i < 10; ++i) (void)smoother.add(at(0.05 * i), 10.0);
   smoother.reset();
@@ -135,7 +135,7 @@ TEST(PaperSmoother, starts_anew_with_another_anchor) {
   EXPECT_NEAR(out->variance_m2, 0.01, 1e-15);
 }
 
-TEST(PaperSmoother, equal_times_make_a_mean_and_no_division_by_zero) {
+TEST(PaperSmoother, averages_samples_of_equal_time_without_division_by_zero) {
   for (const PaperSmoother mode : {PaperSmoother::kLine, PaperSmoother::kQuadratic}) {
     PaperRangeSmoother smoother(with(mode));
     (void)smoother.add(at(0.0), 10.0);
@@ -145,13 +145,13 @@ TEST(PaperSmoother, equal_times_make_a_mean_and_no_division_by_zero) {
   }
 }
 
-TEST(PaperSmoother, what_is_not_a_number_is_left_out) {
+TEST(PaperSmoother, skips_nan_ranges) {
   PaperRangeSmoother smoother(with(PaperSmoother::kLine));
   EXPECT_FALSE(smoother.add(at(0.0), std::nan("")));
   EXPECT_EQ(smoother.add(at(0.1), 10.0)->samples, 1);
 }
 
-TEST(PaperSmoother, a_flood_of_ranges_does_not_fill_the_memory) {
+TEST(PaperSmoother, a_flood_of_ranges_does_not_accumulate_samples) {
   PaperRangeSettings s = with(PaperSmoother::kNone);
   PaperRangeSmoother smoother(s);
   for (int i = 0; i < 20000; ++i) (void)smoother.add(at(0.0), 10.0);

@@ -15,7 +15,7 @@ bool last_fits(const std::vector<double>& residuals_m) {
   return fits;
 }
 
-TEST(PathFit, takes_what_is_on_the_path_and_leaves_what_is_off_or_steps_away) {
+TEST(PathFit, rejects_ranges_outside_the_gate_or_with_a_sudden_step) {
   EXPECT_TRUE(last_fits({0.02}));
   // 3.29 sigma of 0.112 m is 0.368 m.
   EXPECT_TRUE(last_fits({0.36}));
@@ -25,7 +25,7 @@ TEST(PathFit, takes_what_is_on_the_path_and_leaves_what_is_off_or_steps_away) {
   EXPECT_FALSE(last_fits(step)) << "inside the gate, but longer from one range to the next";
 }
 
-TEST(PathFit, a_calibrated_bias_is_doubted_by_a_fifth) {
+TEST(PathFit, a_calibrated_bias_has_a_fifth_of_the_sigma) {
   BiasSettings settings;
   settings.sigma_m = 0.1;
   EXPECT_DOUBLE_EQ(bias_sigma_m(settings, false), 0.1);

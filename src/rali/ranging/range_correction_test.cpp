@@ -27,7 +27,7 @@ PaperRangeSettings bare() {
 }
 
 // Test T9 of the design, one case after the other.
-TEST(RangeCorrection, moves_along_the_blind_direction_onto_the_circle) {
+TEST(RangeCorrection, shifts_along_the_degenerate_direction_onto_the_range_circle) {
   const Correction longer = correct_on_circle(at(20.0, 1.0, 20.5), {});
   EXPECT_EQ(longer.outcome, CorrectionOutcome::kCorrected);
   EXPECT_NEAR(longer.s_m, 0.475595, 1e-6);
@@ -40,7 +40,7 @@ TEST(RangeCorrection, moves_along_the_blind_direction_onto_the_circle) {
   EXPECT_NEAR(shorter.s_m, -1.026334, 1e-6);
 }
 
-TEST(RangeCorrection, the_other_root_is_on_the_far_side_of_the_anchor) {
+TEST(RangeCorrection, can_select_the_root_nearest_to_the_imu_prediction) {
   PaperRangeSettings s = bare();
   s.root = PaperRoot::kNearestImu;
   s.max_s_m = 100.0;
@@ -53,7 +53,7 @@ TEST(RangeCorrection, the_other_root_is_on_the_far_side_of_the_anchor) {
   EXPECT_NEAR(correct_on_circle(in, s).s_m, 0.475595, 1e-6);
 }
 
-TEST(RangeCorrection, a_difference_of_height_is_taken_out_of_the_range) {
+TEST(RangeCorrection, projects_the_range_by_the_height_difference) {
   const CorrectionInput in = at(20.0, 1.0, 20.5, 1.5);
   EXPECT_NEAR(correct_on_circle(in, {}).s_m, 0.420578, 1e-6);
   PaperRangeSettings s;
@@ -63,12 +63,12 @@ TEST(RangeCorrection, a_difference_of_height_is_taken_out_of_the_range) {
   EXPECT_NEAR(correct_on_circle(in, s).s_m, 0.420578, 1e-6);
 }
 
-TEST(RangeCorrection, a_range_shorter_than_the_height_is_inconsistent) {
+TEST(RangeCorrection, a_range_shorter_than_the_height_difference_is_inconsistent) {
   EXPECT_EQ(correct_on_circle(at(20.0, 1.0, 1.4, 1.5), {}).outcome,
             CorrectionOutcome::kInconsistent);
 }
 
-TEST(RangeCorrection, a_range_nearly_across_the_direction_is_too_sensitive) {
+TEST(RangeCorrection, a_range_nearly_perpendicular_to_the_direction_is_too_sensitive) {
   PaperRangeSettings s = bare();
   const Correction out = correct_on_circle(at(2.0, 10.0, 10.1), s);
   EXPECT_NEAR(out.s_m, -0.582255, 1e-6);
@@ -80,12 +80,12 @@ TEST(RangeCorrection, a_range_nearly_across_the_direction_is_too_sensitive) {
   EXPECT_EQ(refused.shift_m, Vec3(Vec3::Zero()));
 }
 
-TEST(RangeCorrection, of_two_roots_the_smaller_is_taken) {
+TEST(RangeCorrection, selects_the_root_with_the_smaller_shift) {
   EXPECT_NEAR(correct_on_circle(at(0.3, 10.0, 10.1), bare()).s_m, 1.117745, 1e-6);
   EXPECT_NEAR(correct_on_circle(at(-0.3, 10.0, 10.1), bare()).s_m, -1.117745, 1e-6);
 }
 
-TEST(RangeCorrection, an_anchor_abeam_leaves_two_solutions_alike) {
+TEST(RangeCorrection, an_anchor_abeam_is_ambiguous_without_an_imu_prediction) {
   // Roots -b -+ 1.4177 with b = 0.09 differ in length by 0.18 m, less than two sigmas.
   EXPECT_EQ(correct_on_circle(at(0.09, 10.0, 10.1), bare()).outcome, CorrectionOutcome::kAmbiguous);
   EXPECT_EQ(correct_on_circle(at(0.11, 10.0, 10.1), bare()).outcome, CorrectionOutcome::kCorrected);
@@ -108,7 +108,7 @@ TEST(RangeCorrection, a_circle_that_touches_the_line_has_one_solution) {
   EXPECT_EQ(correct_on_circle(at(0.5, 3.0, 3.0), s).s_m, -0.5);
 }
 
-TEST(RangeCorrection, a_circle_that_misses_the_line_a_little_is_met_as_near_as_can_be) {
+TEST(RangeCorrection, a_circle_narrowly_missing_the_line_gives_the_closest_point) {
   PaperRangeSettings s = bare();
   s.gap_m = 0.12;  // gap 0.141 m, miss 0.1 m
   const Correction out = correct_on_circle(at(0.5, 3.0, 2.9), s);
@@ -124,7 +124,7 @@ TEST(RangeCorrection, a_circle_that_misses_the_line_a_little_is_met_as_near_as_c
   EXPECT_EQ(none.s_m, 0.0);
 }
 
-TEST(RangeCorrection, the_blind_direction_is_projected_on_the_plane) {
+TEST(RangeCorrection, projects_the_degenerate_direction_onto_the_horizontal_plane) {
   const auto e = horizontal_direction(Vec3(0.95, 0.05, 0.31), 0.5);
   ASSERT_TRUE(e);
   EXPECT_LT((*e - Vec3(0.998618, 0.052559, 0.0)).norm(), 1e-6);
@@ -134,14 +134,14 @@ TEST(RangeCorrection, the_blind_direction_is_projected_on_the_plane) {
   EXPECT_FALSE(horizontal_direction(Vec3(std::nan(""), 1.0, 0.0), 0.5));
 }
 
-TEST(RangeCorrection, the_sign_of_the_blind_direction_does_not_matter) {
+TEST(RangeCorrection, the_sign_of_the_degenerate_direction_does_not_matter) {
   CorrectionInput in = at(20.0, 1.0, 20.5);
   const Vec3 shift = correct_on_circle(in, {}).shift_m;
   in.e3 = -in.e3;
   EXPECT_LT((correct_on_circle(in, {}).shift_m - shift).norm(), 1e-12);
 }
 
-TEST(RangeCorrection, a_vertical_direction_is_refused_in_the_plane_only) {
+TEST(RangeCorrection, a_vertical_direction_is_refused_in_2d_but_not_in_3d) {
   CorrectionInput in = at(3.0, 0.0, 5.0, 3.0);
   in.e3 = Vec3::UnitZ();
   EXPECT_EQ(correct_on_circle(in, {}).outcome, CorrectionOutcome::kDirectionUnknown);
@@ -152,7 +152,7 @@ TEST(RangeCorrection, a_vertical_direction_is_refused_in_the_plane_only) {
   EXPECT_EQ(correct_on_circle(in, s).outcome, CorrectionOutcome::kDirectionUnknown);
 }
 
-TEST(RangeCorrection, nothing_moves_where_nothing_is_blind_or_the_range_fits) {
+TEST(RangeCorrection, is_not_needed_without_degeneracy_or_below_the_gap) {
   PaperRangeSettings s;
   s.gap_m = 0.3;
   CorrectionInput in = at(20.0, 1.0, 30.0);
@@ -162,14 +162,14 @@ TEST(RangeCorrection, nothing_moves_where_nothing_is_blind_or_the_range_fits) {
   EXPECT_EQ(correct_on_circle(at(20.0, 0.0, 20.31), s).outcome, CorrectionOutcome::kCorrected);
 }
 
-TEST(RangeCorrection, a_long_correction_is_refused) {
+TEST(RangeCorrection, a_correction_longer_than_5_m_is_refused) {
   PaperRangeSettings s;
   s.max_s_m = 5.0;
   EXPECT_EQ(correct_on_circle(at(20.0, 0.0, 25.1), s).outcome, CorrectionOutcome::kTooFar);
   EXPECT_EQ(correct_on_circle(at(20.0, 0.0, 24.9), s).outcome, CorrectionOutcome::kCorrected);
 }
 
-TEST(RangeCorrection, numbers_that_are_none_move_nothing) {
+TEST(RangeCorrection, invalid_numbers_are_inconsistent_and_shift_nothing) {
   const double nan = std::nan("");
   for (const CorrectionInput& in : {at(nan, 0.0, 20.0), at(20.0, 0.0, nan), at(20.0, 0.0, 0.0),
                                     at(20.0, 0.0, -5.0), at(20.0, 1e308 * 10.0, 5.0)}) {
@@ -179,7 +179,7 @@ TEST(RangeCorrection, numbers_that_are_none_move_nothing) {
   }
 }
 
-TEST(RangeCorrection, an_anchor_at_the_same_place_is_ambiguous_and_no_division_by_zero) {
+TEST(RangeCorrection, an_anchor_at_the_same_position_is_ambiguous) {
   EXPECT_EQ(correct_on_circle(at(0.0, 0.0, 2.0), {}).outcome, CorrectionOutcome::kAmbiguous);
 }
 
@@ -190,12 +190,12 @@ void expect_fractions(const std::vector<double>& got, std::initializer_list<doub
 }
 
 // Test T10 of the design.
-TEST(RangeCorrection, a_shift_is_shared_by_the_variance_it_arose_in) {
+TEST(RangeCorrection, distributes_a_shift_in_proportion_to_the_odometry_variance) {
   const std::vector<double> increments{0.01, 0.01, 0.04, 0.01, 0.03};
   expect_fractions(share_shift(increments, 0.5), {0.05, 0.10, 0.30, 0.35, 0.50});
 }
 
-TEST(RangeCorrection, where_odometry_was_sure_nothing_moves) {
+TEST(RangeCorrection, does_not_shift_steps_with_zero_odometry_variance) {
   expect_fractions(share_shift(std::vector<double>{0.0, 0.01, 0.0}, 0.5), {0.0, 0.5, 0.5});
   expect_fractions(share_shift(std::vector<double>{0.0, 0.0}, 0.5), {0.0, 0.0});
   EXPECT_TRUE(share_shift({}, 0.5).empty());

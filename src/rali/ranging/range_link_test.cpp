@@ -31,7 +31,7 @@ struct Fed {
   }
 };
 
-TEST(RangeLink, a_fitting_range_is_used_with_its_variance) {
+TEST(RangeLink, uses_a_range_inside_the_gate_with_its_variance) {
   Fed fed;
   const LinkDecision out = fed.next(0.05);
   EXPECT_TRUE(out.use);
@@ -42,7 +42,7 @@ TEST(RangeLink, a_fitting_range_is_used_with_its_variance) {
   EXPECT_EQ(out.widen_factor, 1.0);
 }
 
-TEST(RangeLink, says_why_a_range_is_not_used) {
+TEST(RangeLink, reports_why_a_range_is_not_used) {
   Fed fed;
   EXPECT_EQ(fed.next(0.5).reason, RangeReason::kBlockedByGate);
   EXPECT_EQ(fed.next(0.5, false).reason, RangeReason::kNlos);
@@ -51,7 +51,7 @@ TEST(RangeLink, says_why_a_range_is_not_used) {
   EXPECT_EQ(fed.next(0.0).reason, RangeReason::kOutlier);  // fits, but the link is suspect
 }
 
-TEST(RangeLink, is_suspect_once_more_than_half_of_twenty_do_not_fit) {
+TEST(RangeLink, is_suspect_if_more_than_half_of_twenty_ranges_are_rejected) {
   Fed fed;
   fed.times(9, 0.0);
   EXPECT_EQ(fed.times(10, 1.0, false).state, LinkState::kGood);  // 19 seen, 10 rejected
@@ -62,7 +62,7 @@ TEST(RangeLink, is_suspect_once_more_than_half_of_twenty_do_not_fit) {
   EXPECT_FALSE(half.next(0.0).use);
 }
 
-TEST(RangeLink, is_good_again_after_ten_in_a_row_that_fit) {
+TEST(RangeLink, is_good_again_after_ten_accepted_ranges_in_a_row) {
   Fed fed;
   fed.times(20, 1.0, false);
   EXPECT_EQ(fed.times(9, 0.0).state, LinkState::kSuspect);
@@ -75,7 +75,7 @@ TEST(RangeLink, is_good_again_after_ten_in_a_row_that_fit) {
   EXPECT_EQ(fed.next(1.0, false).state, LinkState::kGood);
 }
 
-TEST(RangeLink, twenty_ranges_with_one_offset_mean_that_the_pose_is_wrong) {
+TEST(RangeLink, twenty_short_ranges_with_a_common_offset_indicate_a_wrong_pose) {
   Fed fed;
   Rng rng(3, "link");
   LinkDecision out;
@@ -90,7 +90,7 @@ TEST(RangeLink, twenty_ranges_with_one_offset_mean_that_the_pose_is_wrong) {
   EXPECT_FALSE(out.use);
 }
 
-TEST(RangeLink, widening_that_opens_the_gate_ends_in_a_good_link) {
+TEST(RangeLink, is_good_again_after_the_pose_covariance_is_widened) {
   Fed fed;
   fed.times(19, -0.5);
   EXPECT_EQ(fed.next(-0.5).advice, LinkAdvice::kWeAreWrong);
@@ -100,7 +100,7 @@ TEST(RangeLink, widening_that_opens_the_gate_ends_in_a_good_link) {
   EXPECT_TRUE(out.use);
 }
 
-TEST(RangeLink, widening_that_does_not_help_is_tried_three_times_and_told_once) {
+TEST(RangeLink, raises_one_alarm_after_three_unsuccessful_widenings) {
   Fed fed;
   int wrong = 0;
   int alarms = 0;
@@ -116,7 +116,7 @@ TEST(RangeLink, widening_that_does_not_help_is_tried_three_times_and_told_once) 
   EXPECT_EQ(alarms, 1);
 }
 
-TEST(RangeLink, attempts_are_counted_anew_once_the_link_was_good) {
+TEST(RangeLink, resets_the_widening_attempts_once_the_link_is_good) {
   Fed fed;
   fed.times(80, -5.0);
   fed.times(10, 0.0);
@@ -124,20 +124,20 @@ TEST(RangeLink, attempts_are_counted_anew_once_the_link_was_good) {
   EXPECT_EQ(fed.next(-5.0).advice, LinkAdvice::kWeAreWrong);
 }
 
-TEST(RangeLink, an_offset_behind_an_obstacle_is_the_fault_of_the_link) {
+TEST(RangeLink, attributes_an_nlos_offset_to_the_link_not_the_pose) {
   Fed fed;
   for (int i = 0; i < 200; ++i) EXPECT_EQ(fed.next(1.0, false).advice, LinkAdvice::kNone);
   EXPECT_EQ(fed.next(1.0, false).state, LinkState::kSuspect);
 }
 
-TEST(RangeLink, ranges_that_do_not_agree_with_each_other_are_the_fault_of_the_link) {
+TEST(RangeLink, attributes_mutually_inconsistent_ranges_to_the_link_not_the_pose) {
   Fed fed;
   for (int i = 0; i < 200; ++i) {
     EXPECT_EQ(fed.next(i % 2 == 0 ? 1.0 : 1.5).advice, LinkAdvice::kNone) << i;
   }
 }
 
-TEST(RangeLink, is_lost_after_two_seconds_of_silence_and_then_what_it_was) {
+TEST(RangeLink, is_lost_after_2_s_of_silence_then_resumes_its_state) {
   Fed fed;
   fed.next(0.0);
   EXPECT_EQ(fed.link.state(Time::from_s(fed.t_s + 1.99)), LinkState::kGood);
@@ -151,7 +151,7 @@ TEST(RangeLink, is_lost_after_two_seconds_of_silence_and_then_what_it_was) {
   EXPECT_EQ(fed.next(0.0).state, LinkState::kSuspect);
 }
 
-TEST(RangeLink, silence_ends_a_row_and_a_window) {
+TEST(RangeLink, silence_resets_the_run_of_accepted_ranges_and_the_window) {
   Fed fed;
   fed.times(20, 1.0, false);
   fed.times(9, 0.0);
@@ -166,7 +166,7 @@ TEST(RangeLink, silence_ends_a_row_and_a_window) {
   EXPECT_EQ(offset.next(-1.0).advice, LinkAdvice::kWeAreWrong);
 }
 
-TEST(RangeLink, ranges_that_are_too_long_mean_a_wrong_pose_only_after_eight_seconds) {
+TEST(RangeLink, long_ranges_indicate_a_wrong_pose_only_after_8_s) {
   // Suspect with the 20th; 8 s at 20 Hz are 160 more.
   Fed fed;
   int calls = 1;
@@ -179,7 +179,7 @@ TEST(RangeLink, ranges_that_are_too_long_mean_a_wrong_pose_only_after_eight_seco
   EXPECT_EQ(calls, 20);
 }
 
-TEST(RangeLink, an_obstacle_of_five_seconds_widens_nothing) {
+TEST(RangeLink, an_obstruction_of_5_s_does_not_widen_the_pose_covariance) {
   Fed fed;
   fed.times(40, 0.0);
   for (int k = 0; k < 100; ++k) {
@@ -192,7 +192,7 @@ TEST(RangeLink, an_obstacle_of_five_seconds_widens_nothing) {
   for (int k = 0; k < 100; ++k) EXPECT_EQ(fed.next(0.8).advice, LinkAdvice::kNone) << k;
 }
 
-TEST(RangeLink, how_long_an_obstacle_lasts_is_a_setting) {
+TEST(RangeLink, the_maximum_duration_of_an_obstruction_is_a_setting) {
   LinkSettings settings;
   settings.longer_s = 0.0;
   RangeLink link{GateSettings{}, settings};
@@ -201,7 +201,7 @@ TEST(RangeLink, how_long_an_obstacle_lasts_is_a_setting) {
   EXPECT_EQ(out.advice, LinkAdvice::kWeAreWrong);
 }
 
-TEST(RangeLink, what_is_not_a_number_is_refused_and_changes_nothing) {
+TEST(RangeLink, refuses_nan_ranges_without_changing_its_state) {
   Fed fed;
   for (int i = 0; i < 50; ++i) {
     EXPECT_EQ(fed.next(std::nan("")).reason, RangeReason::kOutOfLimits);
@@ -212,7 +212,7 @@ TEST(RangeLink, what_is_not_a_number_is_refused_and_changes_nothing) {
   EXPECT_TRUE(fed.next(0.0).use);
 }
 
-TEST(RangeLink, no_link_before_its_first_range_is_lost) {
+TEST(RangeLink, is_not_lost_before_its_first_range) {
   const RangeLink link{GateSettings{}, LinkSettings{}};
   EXPECT_EQ(link.state(Time::from_s(1e9)), LinkState::kGood);
 }

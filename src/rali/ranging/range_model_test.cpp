@@ -56,7 +56,7 @@ Row3 differences(const std::function<double(const Vec3&)>& rho) {
 double rho_of(const RangeEnd& j, const RangeEnd& k) { return predict(j, k, kNear)->rho_m; }
 
 // Test T3 of the design.
-TEST(RangeModel, has_the_numbers_worked_by_hand) {
+TEST(RangeModel, matches_hand_computed_values) {
   const auto p = predict(end_j(), end_k(), kNear);
   ASSERT_TRUE(p);
   EXPECT_NEAR(p->rho_m, 11.100814, 1e-6);
@@ -67,7 +67,7 @@ TEST(RangeModel, has_the_numbers_worked_by_hand) {
   EXPECT_EQ(p->rate_mps, 0.0);
 }
 
-TEST(RangeModel, derivatives_are_those_of_central_differences) {
+TEST(RangeModel, derivatives_match_central_differences) {
   RangeEnd k = end_k();
   k.T_odom_body.R = geometry::so3_exp(Vec3(-0.3, 0.2, 2.5));
   const RangeEnd j = end_j();
@@ -80,7 +80,7 @@ TEST(RangeModel, derivatives_are_those_of_central_differences) {
   EXPECT_TRUE(close(p->d_p_k, differences([&](auto& d) { return rho_of(j, moved(k, d)); })));
 }
 
-TEST(RangeModel, rate_is_the_change_of_the_range_along_the_motion_of_both_ends) {
+TEST(RangeModel, range_rate_matches_a_finite_difference_with_both_ends_moving) {
   RangeEnd j = end_j();
   RangeEnd k = end_k();
   j.v_odom_mps = Vec3(1.2, -0.4, 0.1);
@@ -96,7 +96,7 @@ TEST(RangeModel, rate_is_the_change_of_the_range_along_the_motion_of_both_ends) 
   EXPECT_NEAR(predict(j, k, kNear)->rate_mps, by_steps, 1e-8);
 }
 
-TEST(RangeModel, a_landmark_is_an_end_that_neither_turns_nor_moves) {
+TEST(RangeModel, treats_a_landmark_as_an_end_that_does_not_move) {
   RangeEnd j = end_j();
   j.v_odom_mps = Vec3(1.0, 0.0, 0.0);
   const auto to_vehicle = predict(j, end_k(), kNear);
@@ -128,7 +128,7 @@ TEST(RangeModel, antennas_that_nearly_touch_have_no_direction) {
   EXPECT_TRUE(predict(j, k, kNear));
 }
 
-TEST(RangeModel, a_pose_that_is_not_a_number_predicts_nothing) {
+TEST(RangeModel, predicts_nothing_for_a_nan_or_infinite_pose) {
   RangeEnd j = end_j();
   j.T_odom_body.p.y() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(predict(j, end_k(), kNear));
@@ -142,7 +142,7 @@ TEST(RangeModel, sigma_grows_with_the_distance) {
   EXPECT_NEAR(sigma_of(100.0, limits, 0.0), std::sqrt(0.02), 1e-12);
 }
 
-TEST(RangeModel, sigma_given_by_the_sample_counts_unless_it_is_absurd) {
+TEST(RangeModel, uses_the_sigma_of_the_sample_unless_it_is_implausible) {
   const RangeLimits limits;
   EXPECT_EQ(sigma_of(20.0, limits, 0.25), 0.25);
   EXPECT_EQ(sigma_of(20.0, limits, 1e-9), limits.sigma_min_m);

@@ -25,7 +25,7 @@ struct Link {
   }
 };
 
-TEST(RangeSanity, refuses_what_no_radio_can_measure) {
+TEST(RangeSanity, refuses_ranges_below_0_3_m_above_300_m_or_nan) {
   Link link;
   for (const double u :
        {0.29, -5.0, 0.0, 300.1, 1e300, std::nan(""), std::numeric_limits<double>::infinity()}) {
@@ -35,7 +35,7 @@ TEST(RangeSanity, refuses_what_no_radio_can_measure) {
 }
 
 // (6 + 1) m/s x 0.05 s + 4 x 0.1 m = 0.75 m
-TEST(RangeSanity, a_range_may_change_by_speed_and_noise_and_no_more) {
+TEST(RangeSanity, limits_the_change_of_a_range_by_speed_and_noise) {
   Link link;
   EXPECT_EQ(link.next(20.0), std::nullopt);
   EXPECT_EQ(link.next(20.74), std::nullopt);
@@ -50,7 +50,7 @@ TEST(RangeSanity, a_gross_error_does_not_become_the_reference) {
   EXPECT_EQ(link.next(20.1), std::nullopt);
 }
 
-TEST(RangeSanity, a_wrong_reference_does_not_reject_for_ever) {
+TEST(RangeSanity, replaces_a_wrong_reference_after_consistent_rejected_ranges) {
   Link link;
   EXPECT_EQ(link.next(25.0), std::nullopt);  // the very first one is the gross error
   for (int i = 0; i < 4; ++i) EXPECT_EQ(link.next(20.0 + 0.01 * i), RangeReason::kOutlier) << i;
@@ -58,7 +58,7 @@ TEST(RangeSanity, a_wrong_reference_does_not_reject_for_ever) {
   EXPECT_EQ(link.next(20.06), std::nullopt);
 }
 
-TEST(RangeSanity, errors_that_do_not_agree_with_each_other_never_become_the_reference) {
+TEST(RangeSanity, inconsistent_outliers_never_become_the_reference) {
   Link link;
   EXPECT_EQ(link.next(20.0), std::nullopt);
   for (int i = 0; i < 30; ++i) {
@@ -66,14 +66,14 @@ TEST(RangeSanity, errors_that_do_not_agree_with_each_other_never_become_the_refe
   }
 }
 
-TEST(RangeSanity, after_a_long_silence_every_range_is_possible) {
+TEST(RangeSanity, accepts_any_valid_range_after_60_s_of_silence) {
   Link link;
   EXPECT_EQ(link.next(20.0), std::nullopt);
   link.t_s += 60.0;
   EXPECT_EQ(link.next(290.0), std::nullopt);
 }
 
-TEST(RangeSanity, a_late_range_is_judged_by_the_time_between_not_by_its_order) {
+TEST(RangeSanity, compares_a_late_range_by_the_absolute_time_difference) {
   RangeSanity sanity{RangeLimits{}, SanitySettings{}};
   EXPECT_EQ(sanity.check(Time::from_s(10.0), 20.0, kSigma, kUnknown), std::nullopt);
   EXPECT_EQ(sanity.check(Time::from_s(9.0), 26.0, kSigma, kUnknown), std::nullopt);
@@ -98,7 +98,7 @@ TEST(RangeSanity, a_value_repeated_at_rest_or_without_a_pose_is_no_fault) {
   }
 }
 
-TEST(RangeSanity, honest_ranges_of_the_fastest_vehicle_pass) {
+TEST(RangeSanity, accepts_noisy_ranges_of_a_vehicle_at_6_m_per_s) {
   Link link;
   Rng rng(5, "sanity");
   int refused = 0;

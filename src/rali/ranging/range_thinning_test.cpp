@@ -37,13 +37,13 @@ struct Sum {
   [[nodiscard]] double variance_m2() const { return 1.0 / information; }
 };
 
-TEST(RangeThinning, the_first_range_counts_in_full) {
+TEST(RangeThinning, does_not_inflate_the_first_range) {
   RangeThinning thinning{worked()};
   EXPECT_EQ(thinning.inflation(at(0.0), 0.1, false), 1.0);
 }
 
 // n ranges with one common error: q + r / n.
-TEST(RangeThinning, ranges_at_rest_have_their_common_error_once) {
+TEST(RangeThinning, ranges_at_standstill_average_only_their_white_noise) {
   Sum sum;
   for (int n = 1; n <= 1000; ++n) {
     sum.add(10.0 * n, true);  // time between them does not help
@@ -53,7 +53,7 @@ TEST(RangeThinning, ranges_at_rest_have_their_common_error_once) {
   }
 }
 
-TEST(RangeThinning, a_vehicle_at_rest_learns_no_more_from_more_ranges) {
+TEST(RangeThinning, an_hour_at_standstill_does_not_reduce_the_common_error) {
   Sum sum;
   for (int n = 0; n < 72000; ++n) sum.add(kPeriod * n, true);  // an hour
   EXPECT_GE(std::sqrt(sum.variance_m2()), kSlow * 0.9999);
@@ -65,7 +65,7 @@ TEST(RangeThinning, ranges_within_the_correlation_time_count_as_one) {
   EXPECT_NEAR(std::sqrt(sum.variance_m2()), std::hypot(kSlow, kWhite / std::sqrt(10.0)), 2e-4);
 }
 
-TEST(RangeThinning, at_a_steady_rate_tends_to_the_inflation_of_its_derivation) {
+TEST(RangeThinning, at_a_steady_rate_converges_to_the_derived_inflation) {
   RangeThinning thinning{worked()};
   double inflation = 0.0;
   for (int n = 0; n < 2000; ++n) inflation = thinning.inflation(at(kPeriod * n), kSigma, false);
@@ -82,13 +82,13 @@ TEST(RangeThinning, ranges_far_apart_in_time_are_independent) {
   }
 }
 
-TEST(RangeThinning, driving_on_after_a_rest_does_not_start_from_nothing) {
+TEST(RangeThinning, keeps_the_inflation_when_driving_on_after_a_standstill) {
   RangeThinning thinning{worked()};
   for (int n = 0; n < 400; ++n) (void)thinning.inflation(at(kPeriod * n), kSigma, true);
   EXPECT_GT(thinning.inflation(at(20.0), kSigma, false), 10.0);
 }
 
-TEST(RangeThinning, without_a_slow_part_nothing_is_inflated) {
+TEST(RangeThinning, does_not_inflate_without_a_common_error) {
   SlowErrorSettings none;
   none.slow_sigma_m = 0.0;
   RangeThinning thinning{none};
@@ -97,7 +97,7 @@ TEST(RangeThinning, without_a_slow_part_nothing_is_inflated) {
   }
 }
 
-TEST(RangeThinning, stays_finite_for_repeats_and_for_sigmas_that_make_no_sense) {
+TEST(RangeThinning, stays_finite_for_repeated_times_and_invalid_sigmas) {
   RangeThinning thinning{worked()};
   for (const double sigma : {0.1, 0.001, 0.0, std::nan(""), 1e200, 0.1}) {
     for (int n = 0; n < 1000; ++n) {
@@ -147,14 +147,14 @@ double mean_nees(double walk_m, bool thinned) {
 }
 
 // The second figure is what happens without thinning: the test would not pass by chance.
-TEST(RangeThinning, a_tracker_of_slow_drift_is_honest_about_its_error) {
+TEST(RangeThinning, makes_a_slowly_drifting_tracker_consistent_by_nees) {
   const double honest = mean_nees(0.003, true);
   EXPECT_GT(honest, 0.7);
   EXPECT_LT(honest, 1.5);
   EXPECT_GT(mean_nees(0.003, false), 4.0);
 }
 
-TEST(RangeThinning, a_tracker_of_faster_drift_is_on_the_safe_side) {
+TEST(RangeThinning, makes_a_faster_drifting_tracker_conservative_by_nees) {
   const double honest = mean_nees(0.01, true);
   EXPECT_GT(honest, 0.7);  // (1 + 1 / (1 + k tau)) / 2 with k tau = 1.37: 0.71
   EXPECT_LT(honest, 1.0);

@@ -162,7 +162,7 @@ Tracked track_all(bool thinned) {
   return all;
 }
 
-TEST(RecordedRanges, good_links_are_used_and_the_tracker_is_honest) {
+TEST(RecordedRanges, of_good_links_are_accepted_with_a_consistent_nees) {
   SKIP_WITHOUT_DATA();
   const Tracked t = track_all(true);
   const double nees = t.nees_sum / t.used;
@@ -175,7 +175,7 @@ TEST(RecordedRanges, good_links_are_used_and_the_tracker_is_honest) {
   EXPECT_LT(nees, 1.5);
 }
 
-TEST(RecordedRanges, taken_as_independent_they_make_a_tracker_that_lies) {
+TEST(RecordedRanges, without_thinning_give_an_overconfident_tracker) {
   SKIP_WITHOUT_DATA();
   const Tracked t = track_all(false);
   std::printf("without thinning: mean NEES %.2f\n", t.nees_sum / t.used);
@@ -184,7 +184,7 @@ TEST(RecordedRanges, taken_as_independent_they_make_a_tracker_that_lies) {
 
 // The gap between the powers is the same with and without an obstacle in these recordings: it must
 // raise the sigma of almost none of either, or good ranges would be lost for nothing.
-TEST(RecordedRanges, signal_strengths_do_not_condemn_good_ranges) {
+TEST(RecordedRanges, signal_strength_raises_sigma_for_under_2_percent_of_los_ranges) {
   SKIP_WITHOUT_DATA();
   int count[2] = {0, 0};
   int raised[2] = {0, 0};

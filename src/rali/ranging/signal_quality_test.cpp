@@ -17,7 +17,7 @@ SignalQuality with_powers(double rssi_dbm, double first_path_dbm, const SignalSe
 
 SignalQuality with_gap(double gap_db) { return with_powers(-80.0, -80.0 - gap_db); }
 
-TEST(SignalQuality, sigma_rises_from_six_to_ten_decibel) {
+TEST(SignalQuality, sigma_factor_rises_from_6_to_10_db_power_difference) {
   EXPECT_EQ(with_gap(0.8).sigma_factor, 1.0);
   EXPECT_EQ(with_gap(6.0).sigma_factor, 1.0);
   EXPECT_NEAR(with_gap(7.0).sigma_factor, 2.0, 1e-12);
@@ -27,14 +27,14 @@ TEST(SignalQuality, sigma_rises_from_six_to_ten_decibel) {
   EXPECT_EQ(with_gap(60.0).sigma_factor, 10.0);
 }
 
-TEST(SignalQuality, probability_of_sight_falls_and_is_never_certain) {
+TEST(SignalQuality, line_of_sight_probability_stays_between_0_1_and_0_8) {
   EXPECT_NEAR(with_gap(0.0).p_los, 0.8, 1e-12);
   EXPECT_NEAR(with_gap(8.0).p_los, 0.45, 1e-12);
   EXPECT_NEAR(with_gap(10.0).p_los, 0.1, 1e-12);
   EXPECT_NEAR(with_gap(100.0).p_los, 0.1, 1e-12);
 }
 
-TEST(SignalQuality, a_first_path_stronger_than_the_total_is_noise_of_a_clear_signal) {
+TEST(SignalQuality, a_first_path_stronger_than_the_total_is_a_clear_signal) {
   EXPECT_EQ(with_gap(-0.5).sigma_factor, 1.0);
   EXPECT_TRUE(with_gap(-0.5).clear());
 }
@@ -50,7 +50,7 @@ TEST(SignalQuality, without_both_powers_nothing_is_reported) {
   }
 }
 
-TEST(SignalQuality, limits_in_the_wrong_order_make_a_step_and_no_division_by_zero) {
+TEST(SignalQuality, equal_or_reversed_limits_give_a_step_without_division_by_zero) {
   SignalSettings s;
   s.clear_db = s.blocked_db = 8.0;
   EXPECT_EQ(with_powers(-80.0, -87.9, s).sigma_factor, 1.0);

@@ -93,7 +93,7 @@ TEST(Browser, shows_the_numbers_the_plots_and_the_map_in_3_d_without_an_error) {
   EXPECT_TRUE(has(page.document, "data-state=\"20000 points drawn\""));
 }
 
-TEST(Browser, takes_hostile_names_as_text) {
+TEST(Browser, shows_hostile_names_as_plain_text) {
   RALI_NEEDS_BROWSER();
   const io::TestFolder folder;
   TestRun run;

@@ -5,7 +5,7 @@
 namespace rali::report {
 namespace {
 
-TEST(Styles, of_ten_things_differ_in_colour_and_dashes_together) {
+TEST(Styles, of_20_curves_differ_in_colour_or_dashes) {
   for (std::size_t a = 0; a < 20; ++a) {
     for (std::size_t b = a + 1; b < 20; ++b) {
       const bool same =
@@ -15,7 +15,7 @@ TEST(Styles, of_ten_things_differ_in_colour_and_dashes_together) {
   }
 }
 
-TEST(ScaleColours, grow_lighter_evenly_so_that_grey_paper_shows_them) {
+TEST(ScaleColours, increase_monotonically_in_luminance) {
   double before = -1.0;
   for (int i = 0; i <= 20; ++i) {
     const Rgb c = scale_colour(i / 20.0, false);

@@ -65,7 +65,7 @@ std::string damaged(std::string text, std::uint64_t seed) {
   return text;
 }
 
-TEST(HostileFolder, gives_a_page_or_one_sentence_whatever_its_files_hold) {
+TEST(HostileFolder, gives_a_page_or_an_error_for_any_file_contents) {
   const io::TestFolder folder;
   TestRun run;
   run.vehicles = {"v1", "v2"};
@@ -106,7 +106,7 @@ TEST(HostileFolder, gives_a_page_or_one_sentence_whatever_its_files_hold) {
   }
 }
 
-TEST(HostileFolder, may_hold_folders_and_nothing_where_files_are_expected) {
+TEST(HostileFolder, with_folders_and_empty_files_instead_of_files_gives_a_page) {
   const io::TestFolder folder;
   write_test_run(folder, TestRun{});
   for (const char* name : {"map.pcd", "settings.yaml", "timing.json", "ranges.csv"}) {
@@ -121,7 +121,7 @@ TEST(HostileFolder, may_hold_folders_and_nothing_where_files_are_expected) {
   EXPECT_GT(report_html(*read).size(), 1000U);
 }
 
-TEST(HostileFolder, with_json_nested_beyond_reason_gives_a_page) {
+TEST(HostileFolder, with_json_nested_20000_deep_gives_a_page) {
   const io::TestFolder folder;
   write_test_run(folder, TestRun{});
   folder.write("evaluation.json",

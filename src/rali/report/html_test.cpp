@@ -7,14 +7,14 @@
 namespace rali::report {
 namespace {
 
-TEST(Escaped, text_keeps_letters_and_loses_markup) {
+TEST(Escaped, text_keeps_letters_and_escapes_markup) {
   EXPECT_EQ(escaped("a<b>&\"'"), "a&lt;b&gt;&amp;&quot;&#39;");
   EXPECT_EQ(escaped("Gr\xC3\xBC\xC3\x9F\x65 \xE2\x82\xAC \xF0\x9F\x9A\x97"),
             "Gr\xC3\xBC\xC3\x9F\x65 \xE2\x82\xAC \xF0\x9F\x9A\x97");
   EXPECT_EQ(escaped(std::string_view("a\0b\x1B[31m\n", 9)), "a b [31m ");
 }
 
-TEST(Escaped, bytes_that_are_no_utf8_become_the_sign_for_it) {
+TEST(Escaped, invalid_utf8_bytes_become_the_replacement_character) {
   const std::string sign = "\xEF\xBF\xBD";
   EXPECT_EQ(escaped("\xFF"), sign);
   EXPECT_EQ(escaped("\xC3"), sign) << "cut";
@@ -23,7 +23,7 @@ TEST(Escaped, bytes_that_are_no_utf8_become_the_sign_for_it) {
   EXPECT_EQ(escaped("\xC3<"), sign + "&lt;") << "markup is not swallowed";
 }
 
-TEST(Numbers, are_written_as_people_read_them) {
+TEST(Numbers, are_formatted_with_few_digits_and_units) {
   EXPECT_EQ(metres(0.0061), "0.006 m");
   EXPECT_EQ(metres(87.343), "87.3 m");
   EXPECT_EQ(metres(1204.4), "1204 m");
@@ -40,7 +40,7 @@ TEST(Numbers, are_written_as_people_read_them) {
             "000");
 }
 
-TEST(Numbers, that_are_none_are_a_dash) {
+TEST(Numbers, unknown_or_infinite_are_shown_as_a_dash) {
   const std::string dash = "\xE2\x80\x93";
   EXPECT_EQ(fixed(std::numeric_limits<double>::infinity(), 2), dash);
   EXPECT_EQ(metres(Number()), dash);
@@ -48,13 +48,13 @@ TEST(Numbers, that_are_none_are_a_dash) {
   EXPECT_EQ(counted(kUnknown), dash);
 }
 
-TEST(Numbers, that_only_show_a_fault_are_not_written_out) {
+TEST(Numbers, absurdly_large_are_shown_as_over_a_limit) {
   EXPECT_EQ(metres(6e10), "over 100 km");
   EXPECT_EQ(at_most(6e10, 1000.0, 2), "over 1000");
   EXPECT_EQ(at_most(5.5, 1000.0, 2), "5.50");
 }
 
-TEST(Table, names_columns_of_zeros_and_unknowns_in_a_sentence) {
+TEST(Table, replaces_columns_of_only_zeros_or_unknowns_by_a_sentence) {
   Table table({"vehicle", "path", "dropped", "latency"});
   table.row({"v1", "12.0 m", "0", "not known"});
   table.row({"v2", "0.000 m", "0", "\xE2\x80\x93"});

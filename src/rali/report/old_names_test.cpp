@@ -23,7 +23,7 @@ void rename_in(const io::TestFolder& folder, const std::string& file,
   folder.write(file, text);
 }
 
-TEST(OldRun, is_read_as_one_with_the_names_of_today) {
+TEST(OldRun, is_read_like_a_run_with_current_names) {
   const io::TestFolder today, old;
   TestRun run;
   run.vehicles = test_names(2);
@@ -60,7 +60,7 @@ TEST(OldRun, is_read_as_one_with_the_names_of_today) {
   }
 }
 
-TEST(OldRun, keeps_the_name_of_a_vehicle_that_is_an_old_key) {
+TEST(OldRun, keeps_a_vehicle_name_that_equals_an_old_key) {
   const io::TestFolder folder;
   TestRun run;
   run.vehicles = {"blind"};

@@ -58,7 +58,7 @@ std::vector<Row> tunnel(const std::string& held_by, std::size_t n, double sigma_
   return rows;
 }
 
-TEST(DegeneratePath, counts_a_step_for_the_sweep_at_its_end) {
+TEST(DegeneratePath, assigns_each_step_to_the_scan_at_its_end) {
   // 11 observable scans (10 m), then 20 m constrained by ranges, 5 m by inertia, 4 m by nothing.
   std::vector<Row> rows = tunnel("range", 20, 0.1);
   rows.insert(rows.end(), 5, Row{1, 0.3, "", "imu"});
@@ -75,7 +75,7 @@ TEST(DegeneratePath, counts_a_step_for_the_sweep_at_its_end) {
   EXPECT_NEAR(unheld_fraction(v), 4.0 / 39.0, 1e-12);
 }
 
-TEST(DegeneratePath, of_sweeps_that_were_cut_out_is_not_bridged) {
+TEST(DegeneratePath, does_not_bridge_gaps_of_removed_scans) {
   const io::TestFolder folder;
   std::filesystem::create_directories(folder.path("trajectory"));
   std::filesystem::create_directories(folder.path("degeneracy"));
@@ -91,7 +91,7 @@ TEST(DegeneratePath, of_sweeps_that_were_cut_out_is_not_bridged) {
   EXPECT_DOUBLE_EQ(run->vehicles[0].degenerate_path.all.m, 2.0);
 }
 
-TEST(DegeneratePath, without_a_range_heard_within_two_seconds_is_named) {
+TEST(DegeneratePath, without_a_range_received_within_2_s_is_measured) {
   // Degenerate from 11 to 30 s. One range at 15.2 s: its bin is 15.0 to 15.5 s, so 13 to 17 s count
   // as received.
   const VehicleView v = read(tunnel("nothing", 20, 1.0), "1015.2,v1,v2,0.5,0,nlos\n");
@@ -100,7 +100,7 @@ TEST(DegeneratePath, without_a_range_heard_within_two_seconds_is_named) {
   EXPECT_DOUBLE_EQ(v.degenerate_path.without_range.m, 20.0 - 5.0);
 }
 
-TEST(DegenerateSentence, names_metres_constraint_and_the_largest_error) {
+TEST(DegenerateSentence, gives_distance_constraint_and_largest_expected_error) {
   std::vector<Row> rows = tunnel("range", 190, 0.1);
   rows[154].sigma_m = 0.31;
   EXPECT_EQ(
@@ -109,7 +109,7 @@ TEST(DegenerateSentence, names_metres_constraint_and_the_largest_error) {
       "all of it; the expected error there is at most 0.31 m along its path, at 154 s (1 sigma)");
 }
 
-TEST(DegenerateSentence, says_how_far_off_it_may_be_where_nothing_held_it) {
+TEST(DegenerateSentence, gives_the_expected_error_of_the_unconstrained_part) {
   std::vector<Row> rows = tunnel("range", 150, 0.1);
   rows.insert(rows.end(), 40, Row{1, 12.0, "", "nothing"});
   EXPECT_EQ(
@@ -119,7 +119,7 @@ TEST(DegenerateSentence, says_how_far_off_it_may_be_where_nothing_held_it) {
       "path (1 sigma)");
 }
 
-TEST(DegenerateSentence, never_rounds_up_to_all_and_hides_no_single_metre) {
+TEST(DegenerateSentence, never_rounds_up_to_all_and_reports_single_unconstrained_metres) {
   std::vector<Row> rows = tunnel("range", 400, 0.1);
   rows.push_back({1, 0.8, "", "nothing"});
   const std::string text = degenerate_sentence_of(read(rows));
@@ -128,21 +128,21 @@ TEST(DegenerateSentence, never_rounds_up_to_all_and_hides_no_single_metre) {
   EXPECT_NE(text.find("error there is 0.80 m"), std::string::npos) << text;
 }
 
-TEST(DegenerateSentence, promises_no_size_that_is_not_known) {
+TEST(DegenerateSentence, states_if_the_size_of_the_error_is_unknown) {
   std::vector<Row> rows = tunnel("nothing", 30, kUnknown);
   EXPECT_EQ(degenerate_sentence_of(read(rows)),
             "v2 was degenerate along its path for 30.0 of 40.0 m; nothing constrained it there: "
             "how large the error is there is not known");
 }
 
-TEST(DegenerateSentence, reports_axes_from_the_motion) {
+TEST(DegenerateSentence, gives_the_degenerate_axis_relative_to_the_path) {
   std::vector<Row> across = tunnel("range", 30, 0.1);
   for (Row& row : across) row.axis_x = 0.0, row.axis_y = 1.0;
   EXPECT_NE(degenerate_sentence_of(read(across)).find("degenerate across its path for"),
             std::string::npos);
 }
 
-TEST(DegenerateSentence, judges_a_vehicle_that_stood_by_time) {
+TEST(DegenerateSentence, measures_a_standing_vehicle_in_seconds) {
   const std::string text = degenerate_sentence_of(read(tunnel("imu", 30, 0.05), "", 0.001));
   EXPECT_EQ(text.substr(0, text.find(" for 30.0")),
             "v2 stood still and was degenerate along a level axis");
@@ -151,7 +151,7 @@ TEST(DegenerateSentence, judges_a_vehicle_that_stood_by_time) {
       << text;
 }
 
-TEST(DegenerateSentence, takes_names_as_text) {
+TEST(DegenerateSentence, escapes_vehicle_names) {
   const std::string text = degenerate_sentence_of(read(tunnel("range", 30, 0.1), "", 1.0, "<b>x"));
   EXPECT_EQ(text.find("<b>"), std::string::npos);
   EXPECT_NE(text.find("&lt;b&gt;x was degenerate"), std::string::npos);
@@ -174,12 +174,12 @@ TEST(DegeneracyFile, of_an_older_version_is_read_without_the_new_columns) {
   EXPECT_EQ(held_fraction(v, HeldBy::kRange), 1.0);
 }
 
-TEST(DegeneracyFile, with_words_that_mean_nothing_makes_nothing_look_held) {
+TEST(DegeneracyFile, with_unknown_words_counts_as_unconstrained) {
   std::vector<Row> rows = tunnel("<i>magic", 20, 0.1);
   EXPECT_EQ(held_fraction(read(rows), HeldBy::kNothing), 1.0);
 }
 
-TEST(Report, shows_the_honest_sentence_of_a_tunnel) {
+TEST(Report, shows_the_degeneracy_sentence_of_a_tunnel) {
   const io::TestFolder folder;
   TestRun test;
   test.vehicles = {"v1", "v2"};

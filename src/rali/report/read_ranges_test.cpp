@@ -29,7 +29,7 @@ std::size_t count(const PairRanges& pair, RangeOutcome outcome) {
   return pair.count[static_cast<std::size_t>(outcome)];
 }
 
-TEST(RangeTable, counts_each_fate_of_each_pair_in_either_direction) {
+TEST(RangeTable, counts_outcomes_per_pair_in_both_directions) {
   const io::TestFolder folder;
   const RunData run = read(folder,
                            "1001,v1,v2,5,5,0.1,0.1,0.12,1,1,used\n1002,v2,v1,5,5,-0.1,0.1,0.13,1,1,"
@@ -63,7 +63,7 @@ TEST(RangeTable, shows_its_numbers_in_the_page) {
   EXPECT_NE(page.find("\"label\":\"stopped by the gate\""), std::string::npos);
 }
 
-TEST(RangeTable, takes_no_contradiction_or_unknown_word_for_used) {
+TEST(RangeTable, does_not_count_inconsistent_or_unknown_reasons_as_used) {
   EXPECT_EQ(outcome_of("used", true), RangeOutcome::kUsed);
   EXPECT_EQ(outcome_of("used", false), RangeOutcome::kOther);
   EXPECT_EQ(outcome_of("nlos", true), RangeOutcome::kOther);
@@ -73,7 +73,7 @@ TEST(RangeTable, takes_no_contradiction_or_unknown_word_for_used) {
   EXPECT_EQ(outcome_of("", false), RangeOutcome::kOther);
 }
 
-TEST(RangeTable, of_rubbish_gives_a_page_without_its_tags) {
+TEST(RangeTable, of_invalid_rows_gives_a_page_without_their_tags) {
   const io::TestFolder folder;
   std::string rows =
       "nan,v1,v2,nan,inf,-inf,,,,1,used\n1e300,v1,v2,1,1,1e308,,,,0,outlier\n,,,,,,,,,,\n"
@@ -88,7 +88,7 @@ TEST(RangeTable, of_rubbish_gives_a_page_without_its_tags) {
   }
 }
 
-TEST(CellThinner, keeps_a_dot_near_every_dot_that_it_left_out) {
+TEST(CellThinner, keeps_a_point_of_a_short_outlier_cluster) {
   CellThinner thinner(400);
   std::vector<RangeDot> all;
   for (int i = 0; i < 20'000; ++i) {
@@ -105,7 +105,7 @@ TEST(CellThinner, keeps_a_dot_near_every_dot_that_it_left_out) {
   EXPECT_TRUE(cluster);
 }
 
-TEST(CellThinner, ends_whatever_the_numbers_are) {
+TEST(CellThinner, terminates_for_extreme_and_nan_values) {
   CellThinner thinner(3);
   for (const double t : {0.0, -1e300, 1e300, std::nan(""), 1e9, 5.0, 7.0}) {
     for (const double r : {0.0, 1e308, -1e308, std::nan(""), 1e-300}) thinner.add({t, r});
@@ -114,7 +114,7 @@ TEST(CellThinner, ends_whatever_the_numbers_are) {
   EXPECT_LT(thinner.dots().size(), 100U);
 }
 
-TEST(ReceivedBins, stay_few_and_lose_no_range) {
+TEST(ReceivedBins, are_at_most_2000_and_count_every_range) {
   ReceivedBins bins;
   for (int i = 0; i < 30'000; ++i) bins.add(1.1 * i, i % 4 != 0);
   std::size_t used = 0, rejected = 0;

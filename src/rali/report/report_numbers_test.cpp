@@ -42,7 +42,7 @@ std::string text_of(const std::string& page) {
   return out;
 }
 
-TEST(ReportNumbers, shows_the_numbers_of_evaluation_json_in_their_places) {
+TEST(ReportNumbers, show_the_numbers_of_evaluation_json_in_their_cells) {
   const io::TestFolder folder;
   TestRun run;
   run.truth = true;
@@ -88,7 +88,7 @@ TEST(ReportNumbers, shows_each_vehicle_of_metrics_json_with_its_own_numbers) {
   }
 }
 
-TEST(ReportNumbers, calls_no_error_good_that_was_not_predicted) {
+TEST(ReportNumbers, do_not_rate_errors_beyond_the_stated_covariance_as_good) {
   const io::TestFolder folder;
   TestRun run;
   run.truth = true;
@@ -104,8 +104,7 @@ TEST(ReportNumbers, calls_no_error_good_that_was_not_predicted) {
   EXPECT_TRUE(has(page, "only 69 % of the poses lie within their 95 % bounds"));
 }
 
-TEST(ReportNumbers,
-     says_where_it_was_blind_along_which_axis_what_held_it_and_how_far_off_it_may_be) {
+TEST(ReportNumbers, show_degenerate_interval_axis_constraint_and_expected_error) {
   const io::TestFolder folder;
   TestRun run;
   run.vehicles = {"v1", "v2"};
@@ -118,7 +117,7 @@ TEST(ReportNumbers,
   EXPECT_TRUE(has(page, "<b>&plusmn; 0.052 m</b>"));
 }
 
-TEST(ReportNumbers, draws_no_vehicle_into_the_map_of_another_frame) {
+TEST(ReportNumbers, do_not_draw_a_vehicle_into_another_frame) {
   const io::TestFolder folder;
   TestRun run;
   run.vehicles = {"v1", "v2"};
@@ -136,7 +135,7 @@ TEST(ReportNumbers, draws_no_vehicle_into_the_map_of_another_frame) {
   EXPECT_TRUE(has(page, "in a frame of its own</figcaption>"));
 }
 
-TEST(ReportNumbers, shows_the_frontiers_that_were_left) {
+TEST(ReportNumbers, show_the_remaining_frontiers) {
   TestRun run;
   run.vehicles = {"v1", "v2"};
   run.fleet = true;
@@ -147,7 +146,7 @@ TEST(ReportNumbers, shows_the_frontiers_that_were_left) {
   EXPECT_FALSE(has(page, "\"frontier 4"));
 }
 
-TEST(ReportNumbers, sum_up_loops_per_pair_and_list_only_those_refused) {
+TEST(ReportNumbers, count_loops_per_pair_and_list_only_rejected_ones) {
   TestRun run;
   run.vehicles = {"v1", "v2"};
   run.fleet = true;
@@ -157,7 +156,7 @@ TEST(ReportNumbers, sum_up_loops_per_pair_and_list_only_those_refused) {
   EXPECT_TRUE(has(page, "too few points"));
 }
 
-TEST(ReportNumbers, tell_what_placed_a_vehicle_in_the_frame_of_the_first) {
+TEST(ReportNumbers, show_which_measurements_fix_a_vehicle_in_the_first_frame) {
   const io::TestFolder folder;
   TestRun run;
   run.vehicles = {"v1", "v2"};
@@ -174,7 +173,7 @@ TEST(ReportNumbers, tell_what_placed_a_vehicle_in_the_frame_of_the_first) {
   EXPECT_TRUE(has(page, "2.00\xC2\xB0")) << "heading in degrees";
 }
 
-TEST(ReportNumbers, colours_the_map_of_a_fleet_per_vehicle_and_not_that_of_one) {
+TEST(ReportNumbers, offer_colour_by_vehicle_only_for_a_fleet) {
   TestRun run;
   EXPECT_FALSE(has(page_of(run), "<option value=\"vehicle\">"));
   run.vehicles = {"v1", "v2"};
@@ -182,11 +181,11 @@ TEST(ReportNumbers, colours_the_map_of_a_fleet_per_vehicle_and_not_that_of_one) 
   EXPECT_TRUE(has(page_of(run), "<option value=\"vehicle\">"));
 }
 
-TEST(ReportNumbers, names_the_day_of_the_data) {
+TEST(ReportNumbers, show_the_date_and_time_of_the_data) {
   EXPECT_TRUE(has(page_of(TestRun{}), "data from 2023-11-14 22:13 UTC"));
 }
 
-TEST(ReportNumbers, shows_the_noise_of_each_imu_beside_the_stated_one) {
+TEST(ReportNumbers, show_measured_and_stated_imu_noise) {
   const io::TestFolder folder;
   write_test_run(folder, TestRun{});
   std::string metrics = folder.read("metrics.json");
@@ -200,7 +199,7 @@ TEST(ReportNumbers, shows_the_noise_of_each_imu_beside_the_stated_one) {
   EXPECT_FALSE(has(page, "/ 0.00300")) << "not measured";
 }
 
-TEST(ReportNumbers, shows_how_old_ranges_are_with_its_sigma_or_as_set_or_that_it_is_not_known) {
+TEST(ReportNumbers, show_range_latency_as_estimated_configured_or_unknown) {
   const std::string given = R"("latency_s":0.046)";
   for (const auto& [json, cell] : {std::pair<std::string, std::string>{given, "46 ms, as set"},
                                    {given + R"(,"latency_sigma_s":0.005)", "46 &plusmn; 5 ms"},
@@ -218,7 +217,7 @@ TEST(ReportNumbers, shows_how_old_ranges_are_with_its_sigma_or_as_set_or_that_it
   }
 }
 
-TEST(ReportNumbers, turn_a_wrong_covariance_into_a_sentence_instead_of_a_number_of_ten_digits) {
+TEST(ReportNumbers, replace_a_huge_nees_by_a_sentence) {
   const io::TestFolder folder;
   TestRun run;
   run.truth = true;
@@ -235,7 +234,7 @@ TEST(ReportNumbers, turn_a_wrong_covariance_into_a_sentence_instead_of_a_number_
   EXPECT_FALSE(has(page, "6123"));
 }
 
-TEST(ReportNumbers, call_a_map_good_only_if_its_scans_could_have_contradicted_it) {
+TEST(ReportNumbers, rate_a_map_as_good_only_if_keyframes_were_checked) {
   const auto found = [](const std::string& checks) {
     const io::TestFolder folder;
     write_test_run(folder, TestRun{});
@@ -259,7 +258,7 @@ TEST(ReportNumbers, call_a_map_good_only_if_its_scans_could_have_contradicted_it
   EXPECT_EQ(found(checks(370, 1)), "bad");
 }
 
-TEST(ReportNumbers, of_a_vehicle_that_stood_are_a_sentence_instead_of_plots_of_zeros) {
+TEST(ReportNumbers, replace_plots_of_a_standing_vehicle_by_a_sentence) {
   const io::TestFolder folder;
   write_test_run(folder, TestRun{});
   EXPECT_TRUE(has(page_of(folder), "data-vehicle=\"0\""));

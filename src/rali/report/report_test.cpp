@@ -55,7 +55,7 @@ TEST(Report, shows_the_numbers_of_metrics_json) {
   }
 }
 
-TEST(Report, calls_nothing_good_that_was_not_checked) {
+TEST(Report, rates_nothing_unchecked_as_good) {
   const io::TestFolder folder;
   folder.write("metrics.json", R"({"vehicles":{"v1":{}}})");
   const std::string page = page_of(folder);
@@ -63,7 +63,7 @@ TEST(Report, calls_nothing_good_that_was_not_checked) {
   EXPECT_EQ(count(page, "class=\"state none\""), 9U);
 }
 
-TEST(Report, names_a_missing_truth_as_the_largest_uncertainty_of_a_good_run) {
+TEST(Report, names_the_largest_uncertainty_of_a_run) {
   EXPECT_TRUE(has(
       page_of(TestRun{}),
       "Largest uncertainty:</b> the position of v1, 0.094 m (1 sigma). Nothing here was measured"));
@@ -75,7 +75,7 @@ TEST(Report, names_a_missing_truth_as_the_largest_uncertainty_of_a_good_run) {
   EXPECT_TRUE(has(page_of(stopped), "Largest uncertainty:</b> the run was stopped at 20 s"));
 }
 
-TEST(Report, shows_truth_where_there_is_one) {
+TEST(Report, shows_ground_truth_if_available) {
   TestRun run;
   run.truth = true;
   const std::string page = page_of(run);
@@ -87,7 +87,7 @@ TEST(Report, shows_truth_where_there_is_one) {
   EXPECT_FALSE(has(page_of(TestRun{}), "\"true_x\":"));
 }
 
-TEST(Report, brings_the_truth_into_the_map_by_the_errors) {
+TEST(Report, computes_ground_truth_in_the_map_by_subtracting_the_errors) {
   const io::TestFolder folder;
   TestRun test;
   test.truth = true;
@@ -100,7 +100,7 @@ TEST(Report, brings_the_truth_into_the_map_by_the_errors) {
   EXPECT_NEAR(run->vehicles[0].truth[10].p_m.z() - run->vehicles[0].path[10].p_m.z(), 0.02, 1e-6);
 }
 
-TEST(Report, turns_the_errors_into_the_axes_of_the_map) {
+TEST(Report, rotates_errors_into_the_map_frame) {
   const io::TestFolder folder;
   TestRun test;
   test.truth = true;
@@ -119,7 +119,7 @@ TEST(Report, turns_the_errors_into_the_axes_of_the_map) {
   EXPECT_NEAR(error_map.y(), -0.03, 1e-6);
 }
 
-TEST(Report, of_ten_vehicles_names_all_and_stays_small) {
+TEST(Report, of_ten_vehicles_names_all_and_stays_below_the_size_limit) {
   TestRun run;
   run.vehicles = test_names(10);
   run.fleet = run.truth = true;
@@ -134,7 +134,7 @@ TEST(Report, of_ten_vehicles_names_all_and_stays_small) {
   }
 }
 
-TEST(Report, says_in_one_line_what_is_not_there) {
+TEST(Report, states_missing_parts_in_one_line_each) {
   TestRun run;
   run.points = 0;
   const std::string page = page_of(run);
@@ -144,7 +144,7 @@ TEST(Report, says_in_one_line_what_is_not_there) {
   EXPECT_TRUE(has(page, "there is no map"));
 }
 
-TEST(Report, is_made_of_the_trajectory_of_a_killed_run_alone) {
+TEST(Report, can_be_made_from_the_trajectory_alone) {
   const io::TestFolder folder;
   write_test_run(folder, TestRun{});
   for (const char* name :
@@ -166,7 +166,7 @@ TEST(Report, of_a_folder_without_a_run_is_refused_with_a_remedy) {
   EXPECT_FALSE(read_run(folder.path("nothing")));
 }
 
-TEST(Report, lets_no_name_or_finding_break_out_of_its_place) {
+TEST(Report, escapes_markup_in_names_and_findings) {
   TestRun run;
   run.vehicles = {"</script><script>alert(1)</script>", "\"><img src=x onerror=alert(2)>",
                   "a' onload='x"};
@@ -191,7 +191,7 @@ TEST(Report, does_not_read_outside_of_its_folder) {
   EXPECT_TRUE(has(page_of(run), "is no name of a vehicle"));
 }
 
-TEST(Report, prints_no_number_that_is_none) {
+TEST(Report, prints_no_nan_or_infinity) {
   const io::TestFolder folder;
   write_test_run(folder, TestRun{});
   folder.write("trajectory/v1.cov.csv",
@@ -209,7 +209,7 @@ TEST(Report, prints_no_number_that_is_none) {
   }
 }
 
-TEST(Report, is_made_of_files_cut_anywhere) {
+TEST(Report, is_written_from_files_truncated_anywhere) {
   const io::TestFolder folder;
   TestRun run;
   run.vehicles = {"v1", "v2"};
@@ -238,7 +238,7 @@ TEST(Report, names_the_files_that_it_could_not_read) {
   EXPECT_TRUE(has(page, "<li>map.pcd: "));
 }
 
-TEST(Report, of_the_same_data_has_the_same_bytes_but_for_the_speed) {
+TEST(Report, of_the_same_data_is_identical_except_for_the_speed) {
   const io::TestFolder a, b;
   TestRun run;
   run.truth = true;
@@ -255,7 +255,7 @@ TEST(Report, of_the_same_data_has_the_same_bytes_but_for_the_speed) {
   EXPECT_EQ(pages[0], pages[1]);
 }
 
-TEST(Report, loads_nothing_from_anywhere) {
+TEST(Report, loads_no_external_resources) {
   const std::string page = without_bulk(page_of(TestRun{}));
   EXPECT_TRUE(has(page, "default-src 'none'"));
   for (const char* text : {"src=\"http", "href=\"http", "@import", "url(http", "<link"}) {
@@ -263,7 +263,7 @@ TEST(Report, loads_nothing_from_anywhere) {
   }
 }
 
-TEST(Report, holds_the_licences_of_what_draws_it) {
+TEST(Report, contains_the_licences_of_its_script_libraries) {
   const std::string page = page_of(TestRun{});
   if (has(page, "built without the drawings")) GTEST_SKIP() << "BUILT WITHOUT SCRIPTS (RALI_WEB)";
   EXPECT_TRUE(has(page, "three.js authors"));
@@ -271,7 +271,7 @@ TEST(Report, holds_the_licences_of_what_draws_it) {
   EXPECT_TRUE(has(page, "THE SOFTWARE IS PROVIDED"));
 }
 
-TEST(Report, sets_runs_side_by_side) {
+TEST(Report, compares_runs_side_by_side) {
   const io::TestFolder a, b;
   write_test_run(a, TestRun{});
   TestRun other;
@@ -287,7 +287,7 @@ TEST(Report, sets_runs_side_by_side) {
   EXPECT_FALSE(write_comparison({a.path(), a.path("none")}, path));
 }
 
-TEST(Settings, other_than_default_keep_their_path_and_origin) {
+TEST(Settings, that_differ_from_the_default_keep_path_and_origin) {
   const auto lines = settings_other_than_default(
       "schema: 1                 # f.yaml:1\nvehicles:\n  v1:\n    start_s: 0   # default\n"
       "    lidar:\n      topic: /a#b     # found: the recording\n  v2:\n    start_s: 3 # -\nx: "
@@ -300,7 +300,7 @@ TEST(Settings, other_than_default_keep_their_path_and_origin) {
   EXPECT_EQ(lines[2].key, "vehicles.v2.start_s");
 }
 
-TEST(DegenerateSpans, join_over_single_seen_sweeps_and_name_who_held_them) {
+TEST(DegenerateSpans, join_across_single_observable_scans_and_name_the_constraining_peer) {
   const io::TestFolder folder;
   TestRun test;
   test.vehicles = {"v1", "v2"};

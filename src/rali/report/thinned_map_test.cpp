@@ -33,7 +33,7 @@ void write_points(const io::TestFolder& folder, std::size_t n, bool ply) {
   }
 }
 
-TEST(ThinnedMap, of_a_small_file_is_every_point_in_its_order) {
+TEST(ThinnedMap, of_a_small_file_has_every_point_in_order) {
   for (const bool ply : {false, true}) {
     const io::TestFolder folder;
     constexpr std::size_t kPoints = 100'003;  // more than one chunk, and no multiple of it
@@ -53,7 +53,7 @@ TEST(ThinnedMap, of_a_small_file_is_every_point_in_its_order) {
   }
 }
 
-TEST(ThinnedMap, keeps_about_as_many_as_asked_from_the_whole_file_the_same_each_time) {
+TEST(ThinnedMap, samples_the_requested_number_evenly_and_deterministically) {
   const io::TestFolder folder;
   write_points(folder, 200'000, false);
   const auto a = read_thinned_map(folder.path("map.pcd"), 20'000);
@@ -68,7 +68,7 @@ TEST(ThinnedMap, keeps_about_as_many_as_asked_from_the_whole_file_the_same_each_
   EXPECT_NEAR(static_cast<double>(ones), 20'000.0 / 3.0, 400.0) << "no vehicle is preferred";
 }
 
-TEST(ThinnedMap, of_a_cut_file_is_what_is_there_and_says_so) {
+TEST(ThinnedMap, of_a_truncated_file_has_the_remaining_points_and_a_note) {
   const io::TestFolder folder;
   write_points(folder, 1000, false);
   const std::string whole = folder.read("map.pcd");
@@ -79,7 +79,7 @@ TEST(ThinnedMap, of_a_cut_file_is_what_is_there_and_says_so) {
   EXPECT_EQ(map->note, "is cut: 599 of 1000 points are there");
 }
 
-TEST(ThinnedMap, takes_no_memory_for_points_that_a_header_only_claims) {
+TEST(ThinnedMap, allocates_no_memory_for_points_missing_after_the_header) {
   const io::TestFolder folder;
   folder.write("map.pcd",
                "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 300000000\n"
@@ -94,7 +94,7 @@ TEST(ThinnedMap, takes_no_memory_for_points_that_a_header_only_claims) {
   EXPECT_TRUE(!ply || ply->points.size() == 0U);
 }
 
-TEST(ThinnedMap, takes_text_too_and_refuses_what_is_no_cloud) {
+TEST(ThinnedMap, reads_ascii_and_refuses_files_that_are_no_cloud) {
   const io::TestFolder folder;
   folder.write("map.pcd",
                "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\n"

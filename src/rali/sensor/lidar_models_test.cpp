@@ -19,7 +19,7 @@ std::vector<float> elevations_rad(std::string_view model, float error_deg = 0.0F
   return angles;
 }
 
-TEST(LidarModels, elevations_ascend_and_count_as_the_name_says) {
+TEST(LidarModels, elevations_ascend_and_their_number_matches_the_model) {
   for (const LidarModel& model : lidar_models()) {
     for (std::size_t i = 1; i < model.elevations_deg.size(); ++i) {
       EXPECT_LT(model.elevations_deg[i - 1], model.elevations_deg[i]) << model.name << " " << i;
@@ -34,7 +34,7 @@ TEST(LidarModels, elevations_ascend_and_count_as_the_name_says) {
   EXPECT_EQ(find_lidar_model("os1_128")->lines, 128);
 }
 
-TEST(LidarModels, every_name_in_the_manual_is_known) {
+TEST(LidarModels, every_documented_name_is_found) {
   for (const char* name :
        {"vlp16",  "vlp32c", "hdl32e",  "hdl64e",    "os0_32", "os0_64", "os0_128",
         "os1_32", "os1_64", "os1_128", "rs16",      "rs32",   "helios", "helios16",
@@ -46,7 +46,7 @@ TEST(LidarModels, every_name_in_the_manual_is_known) {
   EXPECT_EQ(find_lidar_model(""), nullptr);
 }
 
-TEST(LidarModels, nearest_ring_takes_the_nearer_neighbour_and_the_ends) {
+TEST(LidarModels, nearest_ring_rounds_to_the_nearest_and_clamps_at_the_ends) {
   const std::vector<float> rings = {-0.2F, 0.0F, 0.1F};
   EXPECT_EQ(nearest_ring(rings, -9.0F), 0U);
   EXPECT_EQ(nearest_ring(rings, -0.11F), 0U);
@@ -55,7 +55,7 @@ TEST(LidarModels, nearest_ring_takes_the_nearer_neighbour_and_the_ends) {
   EXPECT_EQ(nearest_ring(rings, 9.0F), 2U);
 }
 
-TEST(LidarModels, a_model_is_known_by_its_elevations_within_calibration) {
+TEST(LidarModels, a_model_is_identified_from_elevations_with_calibration_error) {
   for (const LidarModel& model : lidar_models()) {
     if (model.elevations_deg.empty()) continue;
     const LidarModel* found = identify_lidar(elevations_rad(model.name, 0.05F));
@@ -67,7 +67,7 @@ TEST(LidarModels, a_model_is_known_by_its_elevations_within_calibration) {
   }
 }
 
-TEST(LidarModels, missing_outer_rings_do_not_hide_a_model_but_missing_halves_do) {
+TEST(LidarModels, a_model_is_identified_without_outer_rings_but_not_from_half) {
   std::vector<float> rings = elevations_rad("vlp32c");
   rings.erase(rings.begin());
   rings.pop_back();
@@ -77,7 +77,7 @@ TEST(LidarModels, missing_outer_rings_do_not_hide_a_model_but_missing_halves_do)
   EXPECT_EQ(identify_lidar(rings), nullptr);
 }
 
-TEST(LidarModels, unknown_elevations_are_no_model) {
+TEST(LidarModels, unknown_elevations_match_no_model) {
   EXPECT_EQ(identify_lidar({}), nullptr);
   std::vector<float> odd;
   for (int i = 0; i < 16; ++i) odd.push_back((-40.0F + 5.0F * static_cast<float>(i)) * kRad);

@@ -25,7 +25,7 @@ TEST(LidarScan, keeps_all_arrays_at_one_length) {
   EXPECT_EQ(scan.ring[1], 15);
 }
 
-TEST(LidarScan, clearing_leaves_nothing_of_the_last_sweep_but_its_memory) {
+TEST(LidarScan, clear_resets_all_fields_and_keeps_the_allocated_memory) {
   LidarScan scan;
   for (int k = 0; k < 100; ++k) scan.push_back(1.0F, 2.0F, 3.0F, 4.0F, 0.1F, 3);
   scan.t_start = Time::from_s(5.0);

@@ -12,13 +12,13 @@ using geometry::Vec3;
 
 double degrees(double rad) { return rad * 180.0 / M_PI; }
 
-TEST(ImuModel, at_rest_the_specific_force_points_up) {
+TEST(ImuModel, specific_force_at_standstill_points_up) {
   const sensor::ImuSample s = ideal_imu(Time{}, MotionState{}, SE3{});
   EXPECT_NEAR((s.accel_mps2 - Vec3(0.0, 0.0, 9.81)).norm(), 0.0, 1e-12);
   EXPECT_EQ(s.gyro_radps.norm(), 0.0);
 }
 
-TEST(ImuModel, turning_on_the_spot_pulls_a_lever_inwards) {
+TEST(ImuModel, rotation_gives_a_centripetal_acceleration_at_a_lever_arm) {
   MotionState state;
   state.omega_body_radps = {0.0, 0.0, 2.0};
   const sensor::ImuSample s =
@@ -26,7 +26,7 @@ TEST(ImuModel, turning_on_the_spot_pulls_a_lever_inwards) {
   EXPECT_NEAR(s.accel_mps2.x(), -2.0, 1e-12);  // -w^2 r
 }
 
-TEST(ImuModel, resonances_ring_with_their_rms_while_driving_and_not_at_standstill) {
+TEST(ImuModel, resonances_have_the_set_rms_while_driving_and_none_at_standstill) {
   ImuOptions o = ImuOptions::ideal();
   o.resonance_accel_mps2 = 0.15;
   o.resonance_gyro_radps = 0.02;
@@ -44,7 +44,7 @@ TEST(ImuModel, resonances_ring_with_their_rms_while_driving_and_not_at_standstil
   EXPECT_EQ(imu.measure({}, 0.0).accel_mps2.norm(), 0.0);
 }
 
-TEST(ImuModel, a_misaligned_triad_feels_gravity_to_the_side) {
+TEST(ImuModel, a_misaligned_triad_measures_a_horizontal_part_of_gravity) {
   ImuOptions o = ImuOptions::ideal();
   o.misalignment_deg = 1.0;
   ImuModel imu(o, 1);
@@ -73,7 +73,7 @@ TEST(ImuModel, white_noise_follows_the_density) {
   EXPECT_NEAR(std::sqrt(accel), 1e-2 * std::sqrt(200.0), 4e-3);
 }
 
-TEST(ImuModel, vibration_grows_with_speed_and_has_the_stated_spread) {
+TEST(ImuModel, vibration_is_proportional_to_speed_with_the_set_sigma) {
   ImuOptions o = ImuOptions::ideal();
   o.vibration_accel_mps2 = 0.3;
   ImuModel imu(o, 1);
@@ -86,7 +86,7 @@ TEST(ImuModel, vibration_grows_with_speed_and_has_the_stated_spread) {
   EXPECT_EQ(imu.measure({}, 0.0).accel_mps2.norm(), 0.0);
 }
 
-TEST(ImuModel, faults_of_drivers_are_applied) {
+TEST(ImuModel, unit_time_offset_scale_and_saturation_errors_are_applied) {
   ImuOptions o = ImuOptions::ideal();
   o.accel_in_g = true;
   o.gyro_in_degps = true;
@@ -104,7 +104,7 @@ TEST(ImuModel, faults_of_drivers_are_applied) {
   EXPECT_EQ(s.t, Time::from_s(1.02));
 }
 
-TEST(ImuModel, turn_on_biases_of_many_sensors_have_the_stated_spread) {
+TEST(ImuModel, turn_on_biases_have_the_set_sigma) {
   ImuOptions o = ImuOptions::ideal();
   o.gyro_bias_radps = 0.003;
   o.accel_bias_mps2 = 0.03;
@@ -121,7 +121,7 @@ TEST(ImuModel, turn_on_biases_of_many_sensors_have_the_stated_spread) {
   EXPECT_NEAR(std::sqrt(accel) / 0.03, 1.0, tolerance);
 }
 
-TEST(ImuModel, a_bias_walks_by_its_density_times_the_root_of_time) {
+TEST(ImuModel, bias_random_walk_grows_with_the_square_root_of_time) {
   ImuOptions o = ImuOptions::ideal();
   o.gyro_walk_radps2_rthz = 1e-4;
   o.accel_walk_mps3_rthz = 1e-3;
@@ -139,7 +139,7 @@ TEST(ImuModel, a_bias_walks_by_its_density_times_the_root_of_time) {
   EXPECT_NEAR(std::sqrt(accel) / (1e-3 * 2.0), 1.0, tolerance);
 }
 
-TEST(ImuModel, vibration_stands_around_40_hz) {
+TEST(ImuModel, vibration_is_concentrated_around_40_hz) {
   ImuOptions o = ImuOptions::ideal();
   o.vibration_gyro_radps = 1.0;
   ImuModel imu(o, 3);

@@ -19,14 +19,14 @@ JoltOptions tiles() {
   return o;
 }
 
-TEST(Jolts, no_options_no_offsets) {
+TEST(Jolts, without_options_give_no_offsets) {
   Jolts none(JoltOptions{}, 1);
   none.extend_to(10.0);
   EXPECT_TRUE(none.empty());
   EXPECT_EQ(none.at(5.0, 1.0).norm(), 0.0);
 }
 
-TEST(Jolts, slips_lag_behind_and_never_add_up_to_a_drift) {
+TEST(Jolts, slips_are_backwards_and_do_not_accumulate_to_drift) {
   Jolts jolts(tiles(), 3);
   jolts.extend_to(100.0);
   double minimum = 0.0;
@@ -39,7 +39,7 @@ TEST(Jolts, slips_lag_behind_and_never_add_up_to_a_drift) {
   EXPECT_GT(minimum, -0.02);
 }
 
-TEST(Jolts, a_step_is_over_before_the_next_inertial_sample) {
+TEST(Jolts, a_step_is_shorter_than_one_imu_sample_interval) {
   Jolts jolts(tiles(), 3);
   jolts.extend_to(10.0);
   double largest = 0.0;
@@ -50,7 +50,7 @@ TEST(Jolts, a_step_is_over_before_the_next_inertial_sample) {
   EXPECT_GT(largest, 0.003);
 }
 
-TEST(Jolts, the_body_steps_and_the_smooth_motion_knows_nothing_of_it) {
+TEST(Jolts, move_the_pose_but_not_the_smooth_acceleration) {
   MotionOptions o;
   o.wander_m = 0.0;
   o.suspension = 0.0;

@@ -21,13 +21,13 @@ void expect_angles(Lidar kind, const std::vector<double>& table_deg, double tole
 }
 
 // The tables are typed from the makers' manuals, lowest first; manuals round to 0.01 deg.
-TEST(LidarModel, rings_of_rs16_and_vlp16_stand_at_odd_degrees) {
+TEST(LidarModel, rings_of_rs16_and_vlp16_are_at_odd_degrees) {
   const std::vector<double> odd = {-15, -13, -11, -9, -7, -5, -3, -1, 1, 3, 5, 7, 9, 11, 13, 15};
   expect_angles(Lidar::kRs16, odd, 1e-5);
   expect_angles(Lidar::kVlp16, odd, 1e-5);
 }
 
-TEST(LidarModel, rings_of_hdl32e_are_those_of_the_manual) {
+TEST(LidarModel, rings_of_hdl32e_match_the_manual) {
   expect_angles(Lidar::kHdl32e, {-30.67, -29.33, -28.00, -26.67, -25.33, -24.00, -22.67, -21.33,
                                  -20.00, -18.67, -17.33, -16.00, -14.67, -13.33, -12.00, -10.67,
                                  -9.33,  -8.00,  -6.67,  -5.33,  -4.00,  -2.67,  -1.33,  0.00,
@@ -42,7 +42,7 @@ TEST(LidarModel, rings_of_hdl64e_have_two_blocks) {
   expect_angles(Lidar::kHdl64e, table, 0.01);
 }
 
-TEST(LidarModel, rings_of_os1_64_are_the_makers_defaults) {
+TEST(LidarModel, rings_of_os1_64_match_the_manufacturer_defaults) {
   const std::vector<double> rings = LidarModel(Lidar::kOs1_64).elevations_rad();
   ASSERT_EQ(rings.size(), 64U);
   const std::vector<double> top = {16.611, 16.084, 15.557, 15.029, 14.502, 13.975, 13.447, 12.920};
@@ -53,7 +53,7 @@ TEST(LidarModel, rings_of_os1_64_are_the_makers_defaults) {
   EXPECT_NEAR(degrees(rings[32]), 0.264, 1e-3);
 }
 
-TEST(LidarModel, rings_of_os0_128_fill_90_degrees) {
+TEST(LidarModel, rings_of_os0_128_span_90_deg) {
   const std::vector<double> rings = LidarModel(Lidar::kOs0_128).elevations_rad();
   ASSERT_EQ(rings.size(), 128U);
   EXPECT_NEAR(degrees(rings.front()), -45.0, 1.5);  // units differ
@@ -63,7 +63,7 @@ TEST(LidarModel, rings_of_os0_128_fill_90_degrees) {
   }
 }
 
-TEST(LidarModel, lasers_of_vlp16_fire_a_lower_then_an_upper_one_every_2304_ns) {
+TEST(LidarModel, lasers_of_vlp16_fire_alternately_low_and_high_every_2304_ns) {
   const LidarModel vlp(Lidar::kVlp16);
   // Elevations of laser 0, 1, 2, ... of the manual.
   const std::vector<double> manual = {-15, 1, -13, 3, -11, 5, -9, 7, -7, 9, -5, 11, -3, 13, -1, 15};
@@ -86,7 +86,7 @@ TEST(LidarModel, channels_of_rs16_fire_upwards_then_downwards_every_2800_ns) {
   }
 }
 
-TEST(LidarModel, lasers_of_hdl32e_fire_as_in_the_manual) {
+TEST(LidarModel, firing_order_of_hdl32e_matches_the_manual) {
   const LidarModel hdl(Lidar::kHdl32e);
   const std::vector<double> manual = {-30.67, -9.33, -29.33, -8.00, -28.00, -6.67};
   for (std::size_t k = 0; k < manual.size(); ++k) {
@@ -108,7 +108,7 @@ TEST(LidarModel, every_ring_fires_once_within_its_period) {
   }
 }
 
-TEST(LidarModel, beams_stand_at_their_elevation_and_turn_clockwise) {
+TEST(LidarModel, beams_have_their_elevation_and_rotate_clockwise) {
   for (const Lidar kind : {Lidar::kRs16, Lidar::kHdl64e, Lidar::kOs1_64, Lidar::kOs0_128}) {
     const LidarModel model(kind);
     for (int ring = 0; ring < model.rings(); ++ring) {
@@ -123,7 +123,7 @@ TEST(LidarModel, beams_stand_at_their_elevation_and_turn_clockwise) {
   }
 }
 
-TEST(LidarModel, columns_of_os1_64_are_staggered_by_four) {
+TEST(LidarModel, beam_azimuths_of_os1_64_repeat_every_four_rings) {
   const LidarModel os(Lidar::kOs1_64);
   const std::vector<double> lateral = {3.164, 1.055, -1.055, -3.164};  // beam_azimuth_angles
   for (int ring = 0; ring < 8; ++ring) {
@@ -133,7 +133,7 @@ TEST(LidarModel, columns_of_os1_64_are_staggered_by_four) {
   }
 }
 
-TEST(LidarModel, a_rosette_does_not_repeat_itself_and_fills_its_cone) {
+TEST(LidarModel, the_livox_rosette_does_not_repeat_and_fills_its_cone) {
   const LidarModel livox(Lidar::kLivox);
   const Vec3 first = livox.beam(0, 100, 0).cast<double>();
   const Vec3 later = livox.beam(0, 100, 1).cast<double>();

@@ -22,7 +22,7 @@ double tilt(const Trajectory& t, double from_s, double to_s) {
   return maximum;
 }
 
-TEST(Motion, a_recording_that_begins_in_motion_begins_without_a_blow) {
+TEST(Motion, a_start_in_motion_has_no_acceleration_or_rotation_peak) {
   const Route straight({{0, 0, 0}, {30, 0, 0}}, 1.0);
   MotionOptions o;
   o.standstill_s = 0.0;
@@ -38,7 +38,7 @@ TEST(Motion, a_recording_that_begins_in_motion_begins_without_a_blow) {
 }
 
 // With the spline's last derivatives held, the gyroscope would turn while the body does not.
-TEST(Motion, a_vehicle_that_has_arrived_feels_gravity_alone) {
+TEST(Motion, after_the_trajectory_end_velocity_and_acceleration_are_zero) {
   std::vector<Trajectory::Control> controls;
   for (int i = 0; i < 8; ++i) controls.push_back(0.1 * i * Trajectory::Control::Ones());
   const Trajectory trajectory(controls, 0.1);
@@ -51,7 +51,7 @@ TEST(Motion, a_vehicle_that_has_arrived_feels_gravity_alone) {
   EXPECT_EQ(after.T_world_body.p, trajectory.pose_at(trajectory.duration_s()).p);
 }
 
-TEST(Motion, a_body_tilts_under_acceleration_and_never_beyond_its_stops) {
+TEST(Motion, body_tilts_under_acceleration_up_to_the_suspension_limit) {
   const World world = make_world(Scene::kLoop, 1);
   const Route route(world.route, world.rounding_m);
   MotionOptions o;
@@ -66,13 +66,13 @@ TEST(Motion, a_body_tilts_under_acceleration_and_never_beyond_its_stops) {
   EXPECT_LT(tilt(wild, 0.0, wild.duration_s()), 0.25);
 }
 
-TEST(Suspension, small_jolts_pass_and_large_ones_meet_the_stops) {
+TEST(Suspension, passes_small_jolts_and_limits_large_ones) {
   EXPECT_EQ(limited_jolt({0.02, 0.09, -0.09}), Vec3(0.02, 0.09, -0.09));
   const Vec3 large = limited_jolt({-5.0, 5.0, -5.0});
   EXPECT_NEAR((large - Vec3(-0.1, 0.2, -0.2)).norm(), 0.0, 1e-9);
 }
 
-TEST(Suspension, steering_leans_the_body_and_braking_dips_it) {
+TEST(Suspension, steering_rolls_the_body_and_braking_pitches_it) {
   Suspension left(1);
   left.settle({1.0, 0.0, 1.0, 0.0});
   const Vec3 lean = left.step(0.0, {1.0, 0.0, 1.0, 0.0}, 0.001);
@@ -84,7 +84,7 @@ TEST(Suspension, steering_leans_the_body_and_braking_dips_it) {
   EXPECT_LT(dip.x(), -0.02);
 }
 
-TEST(Suspension, bumps_come_on_and_on) {
+TEST(Suspension, bumps_continue_over_2_km) {
   Bumps bumps(7);
   int hit = 0;
   for (double s = 0.0; s < 2000.0; s += 0.02) hit += bumps.at(s).x() > 0.0 ? 1 : 0;

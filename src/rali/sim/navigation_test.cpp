@@ -28,7 +28,7 @@ double length(const std::vector<Vec3>& path) {
   return sum;
 }
 
-TEST(Clearance, distances_are_those_of_the_drawing) {
+TEST(Clearance, distances_to_walls_match_the_floor_plan) {
   const TriangleMesh mesh = rooms(1.0);
   const Clearance clearance(mesh);
   const VehicleShape shape;
@@ -51,7 +51,7 @@ TEST(Clearance, low_sills_and_high_lintels_are_no_obstacles_but_tables_are) {
   EXPECT_FALSE(clearance.free_at({20.0, 0.0, 0.0}, {}));
 }
 
-TEST(Clearance, the_first_contact_of_a_way_through_a_wall_lies_before_the_wall) {
+TEST(Clearance, first_contact_of_a_path_through_a_wall_is_before_it) {
   const TriangleMesh mesh = rooms(1.0);
   const Clearance clearance(mesh);
   const auto contact = clearance.first_contact({{1.0, 0.6, 0.0}, {9.0, 0.6, 0.0}}, {});
@@ -60,7 +60,7 @@ TEST(Clearance, the_first_contact_of_a_way_through_a_wall_lies_before_the_wall) 
   EXPECT_FALSE(clearance.first_contact({{1.0, 2.0, 0.0}, {9.0, 2.0, 0.0}}, {}));
 }
 
-TEST(Clearance, ground_is_the_nearest_below) {
+TEST(Clearance, ground_is_the_nearest_surface_below) {
   const TriangleMesh mesh = rooms(1.0);
   const Clearance clearance(mesh);
   EXPECT_NEAR(clearance.ground_below(2.0, 2.0, 0.5, 1.0).value_or(-1.0), 0.0, 1e-9);
@@ -69,7 +69,7 @@ TEST(Clearance, ground_is_the_nearest_below) {
   EXPECT_EQ(clearance.surfaces_at(2.0, 2.0).size(), 2U);
 }
 
-TEST(Navigation, ways_lead_through_the_door_and_are_nearly_the_shortest) {
+TEST(Navigation, paths_lead_through_the_door_and_are_within_6_percent_of_shortest) {
   const TriangleMesh mesh = rooms(1.0);
   const auto grid = NavigationGrid::build(mesh);
   ASSERT_TRUE(grid) << grid.error().message();
@@ -84,7 +84,7 @@ TEST(Navigation, ways_lead_through_the_door_and_are_nearly_the_shortest) {
   EXPECT_FALSE(Clearance(mesh).first_contact(*path, {}));
 }
 
-TEST(Navigation, too_narrow_doors_are_no_path) {
+TEST(Navigation, too_narrow_doors_are_not_passable) {
   const TriangleMesh mesh = rooms(0.5);
   const auto grid = NavigationGrid::build(mesh);
   const auto path = grid->plan({1.0, 3.0, 0.0}, {9.0, 3.0, 0.0});
@@ -94,7 +94,7 @@ TEST(Navigation, too_narrow_doors_are_no_path) {
             std::string::npos);
 }
 
-TEST(Navigation, walls_and_what_lies_outside_are_not_free) {
+TEST(Navigation, walls_and_outside_positions_are_not_free) {
   const TriangleMesh mesh = rooms(1.0);
   const auto grid = NavigationGrid::build(mesh);
   EXPECT_TRUE(grid->free_at({2.0, 2.0, 0.0}));
@@ -108,7 +108,7 @@ TEST(Navigation, walls_and_what_lies_outside_are_not_free) {
   EXPECT_EQ(outside.error().where, "from");
 }
 
-TEST(Navigation, storeys_above_each_other_are_told_apart) {
+TEST(Navigation, storeys_above_each_other_are_kept_separate) {
   const World ramp = ramp_world({}, Rng(1, "test")).value();
   const auto grid = NavigationGrid::build(ramp.mesh);
   ASSERT_TRUE(grid);
@@ -120,7 +120,7 @@ TEST(Navigation, storeys_above_each_other_are_told_apart) {
   EXPECT_LT(length(*path), 2.0 * 2.0 * 3.15 * 9.0 + 30.0);
 }
 
-TEST(Navigation, the_farthest_place_lies_in_the_other_room) {
+TEST(Navigation, the_farthest_reachable_position_is_in_the_other_room) {
   const TriangleMesh mesh = rooms(1.0);
   const auto grid = NavigationGrid::build(mesh);
   const auto far = grid->farthest_from({0.6, 0.6, 0.0});
@@ -128,7 +128,7 @@ TEST(Navigation, the_farthest_place_lies_in_the_other_room) {
   EXPECT_GT(far->x(), 9.0);
 }
 
-TEST(Navigation, meshes_without_triangles_and_giant_ones_are_refused) {
+TEST(Navigation, empty_and_oversized_meshes_are_refused) {
   EXPECT_FALSE(NavigationGrid::build(TriangleMesh{}));
   TriangleMesh plain;
   plain.add_quad({0.0, 0.0, 0.0}, {20000.0, 0.0, 0.0}, {0.0, 20000.0, 0.0}, 0.5);

@@ -14,7 +14,7 @@ World straight(double length_m) {
   return world;
 }
 
-TEST(Rounds, two_vehicles_on_30_m_drive_the_legs_worked_out_by_hand) {
+TEST(Rounds, two_vehicles_on_30_m_alternate_in_legs_up_to_12_m) {
   const auto plan = plan_rounds(straight(30.0), 2);
   ASSERT_TRUE(plan) << plan.error().message();
   // Column: v1 at 2, v2 at 0. v2 stationary: v1 to 14. v1 stationary: v2 to 12. v1 to 26, v2 to 24,
@@ -42,7 +42,7 @@ TEST(Rounds, one_vehicle_drives_the_route_in_one_round_without_anchor) {
   EXPECT_EQ(plan->rounds[0].routes[0].back().x(), 30.0);
 }
 
-TEST(Rounds, nobody_overtakes_and_each_round_begins_where_the_last_ended) {
+TEST(Rounds, vehicles_keep_their_order_and_rounds_are_continuous) {
   for (const int vehicles : {2, 3, 5, 10}) {
     const auto plan = plan_rounds(straight(100.0), vehicles);
     ASSERT_TRUE(plan);
@@ -62,21 +62,21 @@ TEST(Rounds, nobody_overtakes_and_each_round_begins_where_the_last_ended) {
   }
 }
 
-TEST(Rounds, all_take_the_anchor_s_role) {
+TEST(Rounds, every_vehicle_is_anchor_at_least_twice) {
   const auto plan = plan_rounds(straight(100.0), 3);
   std::vector<int> times(3, 0);
   for (const RoundPlan& round : plan->rounds) ++times[static_cast<std::size_t>(round.anchor)];
   for (const int n : times) EXPECT_GE(n, 2);
 }
 
-TEST(Rounds, ways_too_short_for_the_column_are_refused) {
+TEST(Rounds, paths_too_short_for_the_column_are_refused) {
   const auto plan = plan_rounds(straight(5.0), 8);
   ASSERT_FALSE(plan);
   EXPECT_EQ(plan.error().what, "is 5.0 m long, too short for 8 vehicles in a column");
   EXPECT_FALSE(plan_rounds(World{}, 2));
 }
 
-TEST(Rounds, simplified_keeps_corners_and_drops_the_rest) {
+TEST(Rounds, simplified_paths_keep_only_corners) {
   const std::vector<Vec3> points{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {2, 2, 0}};
   const std::vector<Vec3> corners{{0, 0, 0}, {2, 0, 0}, {2, 2, 0}};
   EXPECT_EQ(simplified(points, 0.01), corners);

@@ -28,7 +28,7 @@ std::shared_ptr<const sensor::LidarScan> scan_of(const TriangleMesh& mesh, Lidar
   return expand(raw, lidar.model(), options.resolution_m, Time::from_ns(1));
 }
 
-TEST(LidarSensor, points_of_a_ring_stand_at_its_angle_and_on_the_wall) {
+TEST(LidarSensor, points_have_the_elevation_of_their_ring_and_lie_on_walls) {
   LidarOptions o;
   o.noise_m = 0.0;
   const auto scan = scan_of(hall(), Lidar::kRs16, o, SE3{});
@@ -44,7 +44,7 @@ TEST(LidarSensor, points_of_a_ring_stand_at_its_angle_and_on_the_wall) {
   }
 }
 
-TEST(LidarSensor, range_noise_has_the_stated_spread_and_no_bias) {
+TEST(LidarSensor, range_noise_has_the_set_sigma_and_zero_mean) {
   LidarOptions o;
   o.mixed_fraction = 0.0;
   const auto noisy = scan_of(hall(), Lidar::kRs16, o, SE3{});
@@ -66,7 +66,7 @@ TEST(LidarSensor, range_noise_has_the_stated_spread_and_no_bias) {
 
 // The error of a laser is constant: averaging over the sensor hides it, averaging over time does
 // not.
-TEST(LidarSensor, errors_of_a_laser_are_its_own_and_stay) {
+TEST(LidarSensor, range_offsets_are_constant_per_laser) {
   LidarOptions o;
   o.noise_m = o.mixed_fraction = 0.0;
   const auto clean = scan_of(hall(), Lidar::kRs16, o, SE3{});
@@ -88,7 +88,7 @@ TEST(LidarSensor, errors_of_a_laser_are_its_own_and_stay) {
   EXPECT_NEAR(std::sqrt(squares), o.laser_offset_m, 0.01);
 }
 
-TEST(LidarSensor, a_laser_that_looks_up_puts_its_points_elsewhere_than_the_maker_says) {
+TEST(LidarSensor, laser_elevation_errors_displace_points_by_more_than_0_02_m) {
   LidarOptions o;
   o.noise_m = o.mixed_fraction = 0.0;
   o.laser_elevation_deg = 0.5;
@@ -118,7 +118,7 @@ TEST(LidarSensor, dark_grazing_and_far_surfaces_lose_returns) {
   EXPECT_EQ(scan->size() + scan->dropped_range, 28800U);
 }
 
-TEST(LidarSensor, edges_give_some_points_between_the_surfaces) {
+TEST(LidarSensor, edges_give_mixed_points_between_two_surfaces) {
   TriangleMesh mesh = hall();
   mesh.add_box({9.0, 0.0, -3.0}, {0.2, 2.0, 6.0}, 0.0, 0.6);
   LidarOptions o;
@@ -138,7 +138,7 @@ TEST(LidarSensor, edges_give_some_points_between_the_surfaces) {
   EXPECT_EQ(count_between(), 0);
 }
 
-TEST(Pedestrians, stand_in_the_way_of_rays_and_walk) {
+TEST(Pedestrians, obstruct_rays_and_walk) {
   const Route route({{-20, 0, 0}, {20, 0, 0}}, 0.5);
   Pedestrians people(route, {5, 0, 0}, 1.0, 3);
   people.place_at(0.0);
@@ -152,7 +152,7 @@ TEST(Pedestrians, stand_in_the_way_of_rays_and_walk) {
   EXPECT_GT((people.positions()[0] - before).norm(), 0.1);
 }
 
-TEST(LidarSensor, what_is_nearer_than_the_minimum_or_farther_than_the_maximum_is_lost) {
+TEST(LidarSensor, returns_outside_the_range_limits_are_dropped) {
   LidarOptions o;
   o.noise_m = 0.0;
   o.dropouts = false;
@@ -168,7 +168,7 @@ TEST(LidarSensor, what_is_nearer_than_the_minimum_or_farther_than_the_maximum_is
   }
 }
 
-TEST(LidarSensor, points_come_in_the_order_of_their_times) {
+TEST(LidarSensor, points_are_sorted_by_time) {
   for (const Lidar kind : {Lidar::kRs16, Lidar::kHdl64e, Lidar::kOs0_128, Lidar::kLivox}) {
     const auto scan = scan_of(hall(), kind, LidarOptions::of(kind), SE3{});
     ASSERT_GT(scan->size(), 1000U);
@@ -179,7 +179,7 @@ TEST(LidarSensor, points_come_in_the_order_of_their_times) {
   }
 }
 
-TEST(LidarSensor, share_of_lost_returns_follows_the_light_that_comes_back) {
+TEST(LidarSensor, fraction_of_lost_returns_depends_on_the_reflected_power) {
   // A wall across the view, 10 % white: light of 1 at 70.7 m for a range of 100 m at 20 %.
   TriangleMesh wall;
   wall.add_quad({70.7, -3.0, -3.0}, {0.0, 6.0, 0.0}, {0.0, 0.0, 6.0}, 0.1);

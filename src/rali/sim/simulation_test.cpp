@@ -70,7 +70,7 @@ TEST(Simulation, noise_free_inertial_samples_integrate_back_to_the_trajectory) {
   EXPECT_LT(geometry::so3_log(T.R.transpose() * T_imu_true.R).norm(), 1e-3);
 }
 
-TEST(Simulation, points_placed_by_the_true_pose_of_their_instant_lie_on_the_walls) {
+TEST(Simulation, points_deskewed_with_ground_truth_lie_on_the_walls) {
   const auto sim = make(quiet(Scene::kCorridor));
   const auto scan = scan_number(*sim, 60);
   ASSERT_NE(scan, nullptr);
@@ -90,7 +90,7 @@ TEST(Simulation, points_placed_by_the_true_pose_of_their_instant_lie_on_the_wall
   EXPECT_GT(moved, 0.05);
 }
 
-TEST(Simulation, same_seed_gives_same_bytes_and_another_seed_another_place) {
+TEST(Simulation, same_seed_gives_identical_scans_and_another_seed_does_not) {
   SimOptions o;
   o.scene = Scene::kLoop;
   o.pedestrians = 4;
@@ -127,7 +127,7 @@ TEST(Simulation, messages_come_in_order_of_arrival) {
   EXPECT_EQ(samples, 101);
 }
 
-TEST(Simulation, nominal_calibration_is_off_by_the_stated_errors) {
+TEST(Simulation, nominal_calibration_differs_by_the_set_errors) {
   SimOptions o;
   const auto sim = make(o);
   const SE3 error =

@@ -19,7 +19,7 @@ class EveryScene : public testing::TestWithParam<std::size_t> {
   [[nodiscard]] Scene scene() const { return static_cast<Scene>(GetParam()); }
 };
 
-TEST_P(EveryScene, the_way_leads_through_no_surface_and_stays_above_ground) {
+TEST_P(EveryScene, the_path_crosses_no_surface_and_stays_above_ground) {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
     const World world = make_world(scene(), seed);
     const RayCaster caster(world.mesh);
@@ -47,7 +47,7 @@ TEST_P(EveryScene, the_way_leads_through_no_surface_and_stays_above_ground) {
   }
 }
 
-TEST_P(EveryScene, seeds_change_the_place_and_nothing_else_does) {
+TEST_P(EveryScene, the_mesh_is_reproducible_and_changes_with_the_seed) {
   const World first = make_world(scene(), 7);
   const World again = make_world(scene(), 7);
   const World other = make_world(scene(), 8);
@@ -56,7 +56,7 @@ TEST_P(EveryScene, seeds_change_the_place_and_nothing_else_does) {
   EXPECT_NE(first.mesh.vertices, other.mesh.vertices);
 }
 
-TEST_P(EveryScene, no_vehicle_of_any_fleet_touches_a_wall_or_another_one) {
+TEST_P(EveryScene, vehicles_of_any_fleet_size_collide_with_nothing) {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
     const World scene_world = make_world(scene(), seed);
     const Clearance clearance(scene_world.mesh);
@@ -83,7 +83,7 @@ TEST_P(EveryScene, no_vehicle_of_any_fleet_touches_a_wall_or_another_one) {
   }
 }
 
-TEST(World, scenes_are_made_for_the_fleets_of_the_paper) {
+TEST(World, scenes_have_the_fleet_sizes_of_the_paper) {
   EXPECT_EQ(make_world(Scene::kCorridor, 1).starts.size(), 2U);
   EXPECT_EQ(make_world(Scene::kFloor, 1).starts.size(), 3U);
   EXPECT_EQ(make_world(Scene::kLoop, 1).starts.size(), 1U);
@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(World, EveryScene, testing::Range<std::size_t>(0, kScen
                            return std::string(kSceneNames[param_info.param]);
                          });
 
-TEST(World, ways_have_the_lengths_that_the_manual_states) {
+TEST(World, path_lengths_match_the_manual) {
   const auto path = [](Scene scene) {
     const World world = make_world(scene, 1);
     return Route(world.route, world.rounding_m).length_m();
@@ -110,14 +110,14 @@ TEST(World, ways_have_the_lengths_that_the_manual_states) {
   EXPECT_NEAR(path(Scene::kTunnel), 192.0, 6.0);
 }
 
-TEST(World, unknown_names_are_answered_with_the_list) {
+TEST(World, unknown_scene_names_are_refused_with_the_list_of_scenes) {
   const auto scene = scene_of("lopo");
   ASSERT_FALSE(scene.has_value());
   EXPECT_NE(scene.error().message().find("loop, corridor"), std::string::npos);
   EXPECT_EQ(scene_of("mine").value(), Scene::kMine);
 }
 
-TEST(Motion, jolts_are_those_of_a_cart_centimetres_and_a_few_degrees) {
+TEST(Motion, of_a_cart_bounces_by_centimetres_and_tilts_by_few_degrees) {
   const World world = make_world(Scene::kLoop, 1);
   const Trajectory drive = make_trajectory(Route(world.route, world.rounding_m), {}, 1);
   double z_low = 1.0;
@@ -140,7 +140,7 @@ TEST(Motion, jolts_are_those_of_a_cart_centimetres_and_a_few_degrees) {
   EXPECT_LT(speed, 2.2);
 }
 
-TEST(Motion, rest_is_rest_and_a_start_in_motion_moves_at_once) {
+TEST(Motion, standstill_has_no_motion_and_a_start_in_motion_has_speed) {
   const World world = make_world(Scene::kCorridor, 1);
   const Route route(world.route, world.rounding_m);
   MotionOptions o;
@@ -151,7 +151,7 @@ TEST(Motion, rest_is_rest_and_a_start_in_motion_moves_at_once) {
   EXPECT_GT(make_trajectory(route, o, 1).at(0.0).v_world_mps.norm(), 0.5);
 }
 
-TEST(Motion, hands_and_drones_turn_about_all_axes) {
+TEST(Motion, handheld_sensors_and_drones_rotate_about_all_axes) {
   const World world = make_world(Scene::kYard, 1);
   const Route route(world.route, world.rounding_m);
   MotionOptions o;

@@ -5,7 +5,7 @@
 namespace rali::vehicle {
 namespace {
 
-TEST(NoiseTally, is_the_logarithmic_mean_of_what_was_measured_and_of_nothing_else) {
+TEST(NoiseTally, is_the_geometric_mean_of_the_available_measurements) {
   NoiseTally tally;
   EXPECT_FALSE(tally.mean().accel_mps2_rthz);
   tally.add({std::nullopt, 0.01});

@@ -28,7 +28,7 @@ double beyond_m(const SE3& before, const SE3& step, const SE3& now) {
   return ((before * step).p - now.p).norm();
 }
 
-TEST(OdomFrame, follows_the_lidar_at_once_where_it_corrects_little) {
+TEST(OdomFrame, applies_a_small_lidar_correction_at_once) {
   OdomFrame odom;
   odom.follow(scan({}, {}, {}));
   const SE3 now = odom.follow(scan(at(0.1), at(0.1), at(0.12, 0.005)));
@@ -36,7 +36,7 @@ TEST(OdomFrame, follows_the_lidar_at_once_where_it_corrects_little) {
   EXPECT_NEAR(geometry::so3_log(now.R).z(), 0.005, 1e-12);
 }
 
-TEST(OdomFrame, a_large_correction_of_the_lidar_comes_in_small_steps_and_is_not_lost) {
+TEST(OdomFrame, spreads_a_large_lidar_correction_over_steps_of_3_cm) {
   OdomFrame odom;
   SE3 before = odom.follow(scan({}, {}, {}));
   SE3 found = at(0.3);  // 0.2 m and 0.04 rad off the prediction
@@ -52,7 +52,7 @@ TEST(OdomFrame, a_large_correction_of_the_lidar_comes_in_small_steps_and_is_not_
   EXPECT_NEAR(geometry::so3_log(now.R).z(), 0.04, 1e-12);
 }
 
-TEST(OdomFrame, a_range_moves_local_and_not_odom) {
+TEST(OdomFrame, is_not_shifted_by_a_range_update_of_the_local_pose) {
   OdomFrame odom;
   odom.follow(scan({}, {}, {}));
   odom.follow(scan(at(0.1), at(0.1), at(0.1)));
@@ -70,7 +70,7 @@ odometry::ScanResult alone(double t_s, const SE3& step, const SE3& predicted, co
   return out;
 }
 
-TEST(OdomFrame, without_inertial_data_a_jump_comes_in_small_steps_too) {
+TEST(OdomFrame, without_inertial_data_spreads_a_jump_over_steps_of_3_cm) {
   OdomFrame odom;
   SE3 before = odom.follow(alone(0.0, {}, {}, {}));
   const SE3 found = at(1.5, 0.4);
@@ -88,7 +88,7 @@ TEST(OdomFrame, without_inertial_data_a_jump_comes_in_small_steps_too) {
 // A hand-held sensor at two scans a second: constant velocity is off by decimetres and by half a
 // radian, differently in each scan. Corrections of three centimetres would leave odom metres behind
 // in seconds.
-TEST(OdomFrame, at_two_scans_a_second_what_a_vehicle_can_accelerate_is_motion) {
+TEST(OdomFrame, at_2_hz_takes_a_feasible_acceleration_as_motion) {
   OdomFrame odom;
   odom.follow(alone(0.0, {}, {}, {}));
   const SE3 now = odom.follow(alone(0.5, at(0.5), at(0.5), at(0.8, 0.5)));
@@ -99,7 +99,7 @@ TEST(OdomFrame, at_two_scans_a_second_what_a_vehicle_can_accelerate_is_motion) {
   EXPECT_NEAR((far.p - now.p).norm(), 0.75, 1e-9);
 }
 
-TEST(OdomFrame, goes_on_from_where_it_was_when_a_lost_map_begins_again) {
+TEST(OdomFrame, continues_from_its_last_pose_when_a_lost_map_restarts) {
   OdomFrame odom;
   odom.follow(alone(0.0, {}, {}, {}));
   const SE3 before = odom.follow(alone(0.1, at(0.1), at(0.1), at(0.1)));
@@ -111,7 +111,7 @@ TEST(OdomFrame, goes_on_from_where_it_was_when_a_lost_map_begins_again) {
   EXPECT_NEAR(after.p.x(), 0.2, 1e-12) << "nothing of the jump is made good later";
 }
 
-TEST(OdomFrame, its_covariance_holds_what_it_has_left_out) {
+TEST(OdomFrame, covariance_includes_the_correction_not_yet_applied) {
   const Mat6 local = 1e-4 * Mat6::Identity();
   const Mat6 P = odom_covariance(local, at(5.0), at(3.0));
   EXPECT_NEAR(P(3, 3), 4.0 + 1e-4, 1e-9);

@@ -77,7 +77,7 @@ TestRoom small_room() {
 // 3 cm of correction by the LiDAR, and what 1 m/s2 adds to the speed known before.
 constexpr double kMotion_m = 0.03 + 0.015;
 
-TEST(OdomOfAVehicle, goes_on_when_the_map_is_lost_and_begins_again) {
+TEST(OdomOfAVehicle, stays_continuous_when_a_lost_map_restarts) {
   for (const bool has_imu : {false, true}) {
     const Steps steps = drive(small_room(), has_imu, 4.0, 9.0);
     EXPECT_TRUE(steps.lost) << has_imu;
@@ -86,7 +86,7 @@ TEST(OdomOfAVehicle, goes_on_when_the_map_is_lost_and_begins_again) {
   }
 }
 
-TEST(OdomOfAVehicle, does_not_jump_when_a_start_in_motion_is_gone_through_again) {
+TEST(OdomOfAVehicle, stays_continuous_when_a_start_in_motion_is_reprocessed) {
   TestRoom room = small_room();
   room.rest_s = -3.0;
   for (const bool has_imu : {false, true}) {

@@ -30,13 +30,13 @@ std::optional<KeyframeMove> after_known_places(Bench& b) {
 
 // All from one side, so that 0.25 m are divided by the variances of position (0.2 m) and constant
 // (0.1 m): a fifth of it is the constant. Both together fit, and nothing is corrected.
-TEST(PaperRanges, calibrate_their_constant_where_the_lidar_knows_the_place) {
+TEST(PaperRanges, calibrate_the_pair_bias_without_degeneracy) {
   Bench b;
   EXPECT_FALSE(after_known_places(b));
   EXPECT_NEAR(b.all<RangeUse>().back().bias_m, 0.05, 0.01);
 }
 
-TEST(PaperRanges, are_taken_for_right_as_printed) {
+TEST(PaperRanges, are_used_without_bias_calibration_in_literal_mode) {
   Bench b;
   b.settings.odometry.paper.literal = true;
   const auto move = after_known_places(b);
@@ -58,7 +58,7 @@ TEST(PaperRanges, correct_the_first_keyframe_after_a_degenerate_stretch_and_no_l
 }
 
 // The peer stops 0.3 m farther away than it reported. That is its error, not the own one.
-TEST(PaperRanges, of_two_that_stand_move_the_peers_place) {
+TEST(PaperRanges, between_two_standing_vehicles_correct_the_peer_position) {
   Bench b;
   b.settings.ranging.paper.gap_m = 0.1;
   b.p_peer = {-10.0, 0.0, 0.0};

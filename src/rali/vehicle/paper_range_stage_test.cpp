@@ -20,7 +20,7 @@ using ranging::RangeReason;
 using ranging::RangeUse;
 using sensor::RangeSample;
 
-TEST(PaperRanges, put_a_vehicle_back_that_slid_along_a_corridor) {
+TEST(PaperRanges, correct_drift_along_a_degenerate_corridor) {
   Bench b;
   const auto move = b.one({20.0, 0.0, 0.0}, 20.5);
   ASSERT_TRUE(move);
@@ -32,7 +32,7 @@ TEST(PaperRanges, put_a_vehicle_back_that_slid_along_a_corridor) {
   EXPECT_EQ(findings[0].value, 1.0);
 }
 
-TEST(PaperRanges, tell_residuals_against_the_pose_before_they_moved_it) {
+TEST(PaperRanges, report_residuals_against_the_pose_before_the_correction) {
   Bench b;
   static_cast<void>(b.one({20.0, 0.0, 0.0}, 20.5));
   const RangeUse last = b.all<RangeUse>().back();
@@ -40,20 +40,20 @@ TEST(PaperRanges, tell_residuals_against_the_pose_before_they_moved_it) {
   EXPECT_NEAR(last.residual_m, 0.475016, 1e-6);
 }
 
-TEST(PaperRanges, do_nothing_where_the_lidar_is_not_blind) {
+TEST(PaperRanges, do_nothing_without_degeneracy) {
   Bench b;
   b.seen = &kRoom;
   EXPECT_FALSE(b.one({20.0, 0.0, 0.0}, 20.5));
   EXPECT_EQ(b.count(RangeReason::kNotNeeded), 20);
 }
 
-TEST(PaperRanges, do_nothing_while_they_fit_within_the_gap) {
+TEST(PaperRanges, do_nothing_while_the_residual_is_below_the_gap) {
   Bench b;
   EXPECT_FALSE(b.one({20.0, 0.0, 0.0}, 20.3));
   EXPECT_EQ(b.count(RangeReason::kNotNeeded), 20);
 }
 
-TEST(PaperRanges, that_fit_are_factors_too_where_the_place_is_degenerate) {
+TEST(PaperRanges, below_the_gap_still_act_as_factors_under_degeneracy) {
   Bench b;
   b.settings.ranging.paper.factor = ranging::PaperFactor::kDegenerate;
   const auto move = b.one({20.0, 0.0, 0.0}, 20.1);  // 0.075 m more than it is
@@ -66,7 +66,7 @@ TEST(PaperRanges, that_fit_are_factors_too_where_the_place_is_degenerate) {
   EXPECT_NEAR(move->known->shift_m * move->known->e_odom.x(), move->T_odom_body.p.x() - 20.0, 1e-9);
 }
 
-TEST(PaperRanges, tell_the_odometry_which_direction_is_degenerate) {
+TEST(PaperRanges, report_the_degenerate_direction_to_the_odometry) {
   Bench b;
   b.begin();
   const auto along = b.stage->degenerate_direction(kCorridor, Vec3::UnitZ());
@@ -74,7 +74,7 @@ TEST(PaperRanges, tell_the_odometry_which_direction_is_degenerate) {
   EXPECT_FALSE(b.stage->degenerate_direction(kRoom, Vec3::UnitZ()));
 }
 
-TEST(PaperRanges, are_refused_when_seen_across_the_blind_direction) {
+TEST(PaperRanges, are_refused_nearly_perpendicular_to_the_degenerate_direction) {
   // Test T9: (2, 10), u = 10.1: sensitivity 7.12.
   Bench b;
   b.p_peer = {0.0, -10.0, 0.0};
@@ -84,7 +84,7 @@ TEST(PaperRanges, are_refused_when_seen_across_the_blind_direction) {
   EXPECT_EQ(b.count(RangeReason::kNotNeeded), 19);
 }
 
-TEST(PaperRanges, are_refused_when_the_circle_does_not_reach_the_line) {
+TEST(PaperRanges, are_refused_if_the_range_circle_misses_the_degenerate_line) {
   // (0.5, 3), u = 2.5: the line passes 0.5 m beside the circle, more than gap_m.
   Bench b;
   b.p_peer = {0.0, -3.0, 0.0};
@@ -92,7 +92,7 @@ TEST(PaperRanges, are_refused_when_the_circle_does_not_reach_the_line) {
   EXPECT_EQ(b.count(RangeReason::kBlockedByGate), 1);
 }
 
-TEST(PaperRanges, are_refused_when_they_ask_for_too_long_a_way_but_not_as_printed) {
+TEST(PaperRanges, are_refused_for_a_10_m_correction_except_in_literal_mode) {
   Bench b;
   EXPECT_FALSE(b.one({20.0, 0.0, 0.0}, 30.0));  // s = 9.98 m
   EXPECT_EQ(b.count(RangeReason::kBlockedByGate), 1);
@@ -103,7 +103,7 @@ TEST(PaperRanges, are_refused_when_they_ask_for_too_long_a_way_but_not_as_printe
   EXPECT_NEAR(move->T_odom_body.p.x(), std::sqrt(30.0 * 30.0 - 1.0), 1e-5);
 }
 
-TEST(PaperRanges, are_between_antennas_in_the_plane_or_bodies_as_printed) {
+TEST(PaperRanges, are_projected_to_the_horizontal_plane_except_in_literal_mode) {
   // Test T9: u = 20.5, dz = 1.5: 0.420578 with `project`; in the paper 20.5 is taken flat.
   for (const bool literal : {false, true}) {
     Bench b;
@@ -116,7 +116,7 @@ TEST(PaperRanges, are_between_antennas_in_the_plane_or_bodies_as_printed) {
   }
 }
 
-TEST(PaperRanges, are_compared_with_the_pose_of_their_own_time) {
+TEST(PaperRanges, are_compared_with_the_pose_at_their_stamp_or_keyframe) {
   // The newest is 0.05 s old, the vehicle was at 19.95 m then.
   for (const bool measured : {true, false}) {
     Bench b;
@@ -144,7 +144,7 @@ std::optional<KeyframeMove> drive(Bench& b, bool second_sees) {
   return b.scan(20.1, {20.0, 0.0, 0.0});
 }
 
-TEST(PaperRanges, are_shared_by_the_blind_keyframes_since_the_last_correction) {
+TEST(PaperRanges, distribute_a_correction_over_degenerate_keyframes_since_the_last_correction) {
   for (const bool second_sees : {false, true}) {
     Bench b;
     const auto move = drive(b, second_sees);
@@ -166,7 +166,7 @@ TEST(PaperRanges, are_shared_by_the_blind_keyframes_since_the_last_correction) {
   }
 }
 
-TEST(PaperRanges, move_one_keyframe_alone_as_printed) {
+TEST(PaperRanges, correct_only_the_newest_keyframe_without_distribution) {
   Bench b;
   b.settings.ranging.paper.fraction = ranging::PaperFraction::kNone;
   const auto move = drive(b, false);
@@ -176,7 +176,7 @@ TEST(PaperRanges, move_one_keyframe_alone_as_printed) {
   EXPECT_TRUE(b.all<KeyframeCorrected>().empty());
 }
 
-TEST(PaperRanges, count_but_as_a_factor_where_the_correction_is_a_guess) {
+TEST(PaperRanges, act_only_as_a_factor_if_the_correction_is_a_guess) {
   // Odometry 0.05 m over one step, range 0.1 m, residual 0.475: 0.475 x 0.0025/(0.0025 + 0.01).
   Bench b;
   b.settings.ranging.paper.correct_then_factor = ranging::PaperThenFactor::kGuess;
@@ -186,14 +186,14 @@ TEST(PaperRanges, count_but_as_a_factor_where_the_correction_is_a_guess) {
   EXPECT_LT(std::abs(move->T_odom_body.p.y()), 0.01);
 }
 
-TEST(PaperRanges, wait_for_so_many_as_the_smoother_needs) {
+TEST(PaperRanges, wait_for_the_minimum_samples_of_the_smoother) {
   Bench b;
   b.begin();
   b.ranges(0.95, 1.1, 20.5);  // only four
   EXPECT_FALSE(b.scan(1.1, {20.0, 0.0, 0.0}));
 }
 
-TEST(PaperRanges, forget_the_place_of_a_peer_that_drove_off) {
+TEST(PaperRanges, forget_the_position_of_a_peer_that_drove_off) {
   Bench b;
   b.begin();
   b.stage->on(PeerStatus{kPeer, Time::from_s(0.12), false});
@@ -225,7 +225,7 @@ void feed_mixture(Bench& b) {
   b.stage->flush(b.out);
 }
 
-TEST(PaperRanges, are_each_answered_once_whatever_becomes_of_them) {
+TEST(PaperRanges, each_produce_exactly_one_result) {
   Bench b;
   feed_mixture(b);
   const auto uses = b.all<RangeUse>();
@@ -251,7 +251,7 @@ TEST(PaperRanges, same_events_give_the_same_bits) {
   }
 }
 
-TEST(PaperRanges, reach_the_preset_through_the_vehicle_and_are_all_answered) {
+TEST(PaperRanges, are_all_answered_by_a_vehicle_with_the_paper_preset) {
   odometry::TestRoom room;
   room.rings = 8;
   room.columns = 200;

@@ -31,7 +31,7 @@ graph::InertialFactor even_second() {
 // The speed before is 1 +- 0.1 m/s. The corrected step is 1.1 +- 0.05 m and the range 1.1 +- 0.1 m:
 // 1 + 0.1 (400 + 100)/(400 + 100 + 100) = 1.0833 m/s. A correction that did not change the speed
 // would drift away again until the next keyframe.
-TEST(PaperWindow, corrects_the_speed_with_the_place) {
+TEST(PaperWindow, corrects_velocity_together_with_position) {
   PaperWindow window{ranging::PaperRangeSettings{}};
   PaperWindow::Node first = node_at(0, 0.0);
   first.motion.v_odom_imu_mps = {1.0, 0.0, 0.0};
@@ -71,14 +71,14 @@ Vec3 pulled_sideways(PaperSteps steps) {
 
 // Variances along x 0.05^2, across 0.005^2, of the range 0.1^2: S = 0.36 * 25e-4 + 0.64 * 25e-6 +
 // 0.01 = 0.010916; x takes 0.6 * 25e-4 / S of 0.1 m, y takes 0.8 * 25e-6 / S.
-TEST(PaperWindow, gives_way_along_the_degenerate_direction_only) {
+TEST(PaperWindow, shifts_only_along_the_degenerate_direction) {
   const Vec3 moved = pulled_sideways(PaperSteps::kDegenerate);
   EXPECT_NEAR(moved.x(), 0.01374, 2e-4);
   EXPECT_NEAR(moved.y(), 0.00018, 2e-5);
 }
 
 // As in the paper: 0.05^2 / (0.05^2 + 0.1^2) of 0.1 m in the direction of the range.
-TEST(PaperWindow, gives_way_in_all_directions_where_steps_are_isotropic) {
+TEST(PaperWindow, shifts_in_all_directions_with_isotropic_steps) {
   const Vec3 moved = pulled_sideways(PaperSteps::kIsotropic);
   EXPECT_NEAR(moved.x(), 0.012, 2e-4);
   EXPECT_NEAR(moved.y(), 0.016, 2e-4);
@@ -92,7 +92,7 @@ TEST(PaperWindow, moves_nothing_without_ranges) {
   EXPECT_EQ(window.nodes()[1].T_odom_body.p, Vec3(1.0, 0.0, 0.0));
 }
 
-TEST(PaperWindow, keeps_as_many_keyframes_as_set) {
+TEST(PaperWindow, keeps_the_configured_number_of_keyframes) {
   ranging::PaperRangeSettings settings;
   settings.window_keyframes = 3;
   PaperWindow window{settings};
@@ -101,7 +101,7 @@ TEST(PaperWindow, keeps_as_many_keyframes_as_set) {
   EXPECT_EQ(window.nodes().front().seq, 3U);
 }
 
-TEST(PaperWindow, shares_a_second_shift_but_from_the_first_on) {
+TEST(PaperWindow, distributes_a_second_shift_only_over_keyframes_after_the_first) {
   PaperWindow window{ranging::PaperRangeSettings{}};
   for (std::uint32_t k = 0; k < 5; ++k) {
     window.add(node_at(k, k), true);
@@ -118,7 +118,7 @@ TEST(PaperWindow, shares_a_second_shift_but_from_the_first_on) {
   EXPECT_LT((step - (nodes[4].T_odom_body.p - nodes[3].T_odom_body.p)).norm(), 1e-12);
 }
 
-TEST(PeerPlaces, prior_is_in_the_levelled_first_pose_with_its_heading) {
+TEST(PeerPlaces, prior_is_relative_to_the_levelled_first_pose_and_heading) {
   // Heading 90 deg and pitched down by 10 deg: 3 m ahead is along y, at the same height.
   SE3 first;
   first.R = geometry::rotation_from_rpy(0.0, 0.1745, 1.570796);
@@ -131,7 +131,7 @@ TEST(PeerPlaces, prior_is_in_the_levelled_first_pose_with_its_heading) {
   EXPECT_LT((place->p_odom_m - Vec3(1.0, 4.0, 0.9)).norm(), 1e-5);
 }
 
-TEST(PeerPlaces, a_peer_that_moved_is_where_it_says) {
+TEST(PeerPlaces, a_peer_that_moved_is_at_its_reported_position) {
   // It starts 3 m ahead, turned to the left, and reports a path of 10 m: 10 m to the left of there.
   PeerWatch peer;
   peer.settings.prior.emplace();
@@ -155,7 +155,7 @@ TEST(PeerPlaces, a_peer_that_moved_is_where_it_says) {
   EXPECT_NEAR(place->covariance_m2(1, 1), start * start + 0.04 + arm * arm * 9.0, 1e-3);
 }
 
-TEST(PeerPlaces, a_status_that_is_old_says_nothing_of_now) {
+TEST(PeerPlaces, a_peer_status_older_than_1_5_s_is_ignored) {
   PeerWatch peer;
   EXPECT_FALSE(peer.stands_at(Time::from_s(1.0), 1.5));
   peer.on(PeerStatus{VehicleId{0}, Time::from_s(1.0), true}, 0.1);

@@ -32,7 +32,7 @@ LidarScan points(std::initializer_list<Vec3> all) {
   return scan;
 }
 
-TEST(PeerMask, leaves_out_what_stands_around_the_antenna_and_nothing_else) {
+TEST(PeerMask, removes_only_points_around_the_antenna_of_a_peer) {
   // The antenna is 10 m ahead and 0.5 m up; the wall is 2 m beside it, the roof 0.6 m above it.
   const std::array<KnownLandmark, 1> antenna{KnownLandmark{Vec3(10.0, 0.0, 0.5)}};
   const LidarScan scan = points({{9.5, 0.3, 0.2},      // on the vehicle
@@ -52,7 +52,7 @@ TEST(PeerMask, leaves_out_what_stands_around_the_antenna_and_nothing_else) {
   EXPECT_EQ(left->dropped_nan, 3U);
 }
 
-TEST(PeerMask, copies_nothing_when_no_point_is_on_a_vehicle) {
+TEST(PeerMask, makes_no_copy_if_no_point_is_on_a_vehicle) {
   const std::array<KnownLandmark, 1> antenna{KnownLandmark{Vec3(10.0, 0.0, 0.5)}};
   EXPECT_EQ(
       without_peers(points({{1.0, 0.0, 0.0}, {5.0, 2.0, 0.3}}), SE3{}, SE3{}, antenna, {}, kUp, {}),
@@ -60,7 +60,7 @@ TEST(PeerMask, copies_nothing_when_no_point_is_on_a_vehicle) {
   EXPECT_EQ(without_peers(points({}), SE3{}, SE3{}, antenna, {}, kUp, {}), nullptr);
 }
 
-TEST(PeerMask, knows_where_the_lidar_is_and_how_it_is_turned) {
+TEST(PeerMask, transforms_points_by_the_lidar_pose) {
   // The LiDAR at (10, 5) points along -x: what is 3 m ahead of it is at (7, 5).
   const SE3 T_odom_lidar{geometry::so3_exp(Vec3(0.0, 0.0, 3.14159265358979)), {10.0, 5.0, 0.4}};
   const std::array<KnownLandmark, 2> antennas{KnownLandmark{Vec3(-50.0, 0.0, 0.0)},
@@ -100,7 +100,7 @@ struct Parked {
   }
 };
 
-TEST(PeerMask, floor_and_wall_that_go_on_beyond_the_vehicle_stay) {
+TEST(PeerMask, keeps_floors_and_walls_that_extend_beyond_the_vehicle) {
   const std::array<KnownLandmark, 1> antenna{KnownLandmark{Vec3(10.0, 0.0, 0.5)}};
   for (const double slope : {0.0, 0.08}) {
     const Parked parked(slope);
@@ -111,7 +111,7 @@ TEST(PeerMask, floor_and_wall_that_go_on_beyond_the_vehicle_stay) {
   }
 }
 
-TEST(PeerMask, the_side_of_a_vehicle_is_no_wall_however_many_points_are_on_it) {
+TEST(PeerMask, does_not_mistake_the_side_of_a_vehicle_for_a_wall) {
   // It is 0.6 m off its estimated position: its front is outside.
   const std::array<KnownLandmark, 1> antenna{KnownLandmark{Vec3(10.0, 0.6, 0.5)}};
   LidarScan scan = points({});
@@ -128,7 +128,7 @@ TEST(PeerMask, the_side_of_a_vehicle_is_no_wall_however_many_points_are_on_it) {
   EXPECT_EQ(left->size(), scan.size() - inside);
 }
 
-TEST(PeerMask, points_that_are_no_numbers_are_nobodys) {
+TEST(PeerMask, does_not_assign_nan_points_to_a_vehicle) {
   const std::array<KnownLandmark, 1> antenna{KnownLandmark{Vec3(10.0, 0.0, 0.5)}};
   const double nan = std::nan("");
   const auto left = without_peers(points({{nan, nan, nan}, {10.0, 0.0, 0.2}}), SE3{}, SE3{},
@@ -139,7 +139,7 @@ TEST(PeerMask, points_that_are_no_numbers_are_nobodys) {
 
 // Start poses are measured by tape: a body of 1.2 m around the wrong position left half of it in
 // the scan.
-TEST(PeerMask, reaches_farther_around_a_place_in_doubt) {
+TEST(PeerMask, widens_with_the_position_covariance_of_the_peer) {
   KnownLandmark place{Vec3(10.0, 0.0, 0.5)};
   const LidarScan scan = points({{11.5, 0.0, 0.3}, {12.5, 0.0, 0.3}});
   EXPECT_EQ(without_peers(scan, SE3{}, SE3{}, std::array{place}, {}, kUp, {}), nullptr)
@@ -151,7 +151,7 @@ TEST(PeerMask, reaches_farther_around_a_place_in_doubt) {
   EXPECT_FLOAT_EQ(left->x_m[0], 12.5F);
 }
 
-TEST(PeerMask, of_one_whose_direction_is_not_known_leaves_out_all_at_its_distance) {
+TEST(PeerMask, removes_points_at_the_range_of_a_peer_of_unknown_direction) {
   // The own antenna is 0.4 m above the LiDAR; the other is 5 m away in an unknown direction.
   const ReceivedPeer peer{Vec3(0.0, 0.0, 0.4), 5.0};
   const std::array<Vec3, 6> all = {Vec3(5.2, 0.0, 0.2),    // ahead

@@ -120,7 +120,7 @@ struct Path {
   std::vector<Leg> legs;
 };
 
-TEST(RangePassage, whoever_halts_or_turns_in_it_keeps_place_and_bias) {
+TEST(RangePassage, stopping_or_turning_near_the_peer_keeps_position_and_bias_accurate) {
   const Path paths[] = {
       {"goes on", {{1.0, 70.0}}},
       {"halts 5 m before", {{1.0, 35.0}, {0.0, 90.0}}},
@@ -142,7 +142,7 @@ TEST(RangePassage, whoever_halts_or_turns_in_it_keeps_place_and_bias) {
   }
 }
 
-TEST(RangePassage, who_passes_unheard_is_held_again_at_once_and_for_good) {
+TEST(RangePassage, ranges_correct_the_pose_at_once_after_passing_without_them) {
   Passing p;
   p.drive(1.0, 20.0);
   p.drive_unheard(1.0, 45.0, 0.05);

@@ -15,7 +15,7 @@ using geometry::Vec3;
 
 // In a column, vehicles keep their distances to each other: taken for walls, they cancelled the
 // motion. The odometry of one lost 6 m of 22.
-TEST(RangeStage, who_drives_is_where_it_says_unless_it_is_late_or_in_doubt) {
+TEST(RangeStage, uses_the_reported_position_of_a_peer_unless_old_or_uncertain) {
   Staged s;
   s.run(0.0);
   const auto places = [&s](double t_s, double sigma_max_m) {
@@ -43,7 +43,7 @@ TEST(RangeStage, who_drives_is_where_it_says_unless_it_is_late_or_in_doubt) {
 }
 
 // A peer of unknown start pose still has a range.
-TEST(RangeStage, who_is_heard_without_a_known_place_is_so_far_away) {
+TEST(RangeStage, gives_the_latest_range_to_a_peer_without_known_position) {
   Staged s;
   s.run(0.0);
   const auto unplaced = [&s](double t_s) {
@@ -93,7 +93,7 @@ struct Moved : Staged {
 // such reports as independent stated 0.2 m and were 1.6 m off. And a landmark shares the error
 // of the own position from which it was initialised: without that each new one halved the
 // uncertainty of the position, and vehicles stated 1 m that were 20 m off.
-TEST(RangeStage, a_peer_that_has_moved_is_no_second_opinion_of_a_blind_way) {
+TEST(RangeStage, a_moved_peer_does_not_reduce_variance_along_a_degenerate_direction) {
   Moved degenerate(2.0, 0.0, Vec3::UnitX());
   EXPECT_EQ(degenerate.receive(12.0, 6), 5) << "the first is alone: it may be wild";
   EXPECT_NEAR(degenerate.own_variance_m2(), 0.04, 1e-4) << "as before";
@@ -105,7 +105,7 @@ TEST(RangeStage, a_peer_that_has_moved_is_no_second_opinion_of_a_blind_way) {
   EXPECT_EQ(lateral.receive(12.0, 1), 0) << "its range is not along the blind way";
 }
 
-TEST(RangeStage, of_the_word_of_a_peer_that_has_moved_the_side_is_taken) {
+TEST(RangeStage, uses_the_report_of_a_moved_peer_only_for_ahead_or_behind) {
   const auto place_m = [](double reported_m, double sigma_m, double range_m) {
     Moved m(reported_m, sigma_m, Vec3::UnitX());
     static_cast<void>(m.one(1.0, range_m));
@@ -128,7 +128,7 @@ TEST(RangeStage, of_the_word_of_a_peer_that_has_moved_the_side_is_taken) {
 
 // At short range, a lateral offset shortens the distance ahead: a sigma of 2 m instead of 0.6 m
 // carried a whole fleet forward by 0.05 m in each leap of 12 m.
-TEST(RangeStage, a_peer_in_a_passage_stands_between_the_walls_that_are_seen) {
+TEST(RangeStage, initialises_a_peer_in_a_passage_between_the_observed_walls) {
   const auto lateral = [](const std::vector<double>& walls_y_m) {
     Moved m(10.0, 3.0, Vec3::UnitX());
     m.filter.walls_y_m = walls_y_m;
@@ -154,7 +154,7 @@ TEST(RangeStage, a_peer_in_a_passage_stands_between_the_walls_that_are_seen) {
 
 // Each vehicle measures its walls by its own LiDAR, to centimetres; by the own walls alone, the
 // other may be anywhere between them.
-TEST(RangeStage, walls_beside_both_say_how_far_aside_of_each_other_they_stand) {
+TEST(RangeStage, wall_distances_of_both_vehicles_give_their_lateral_offset) {
   const auto lateral = [](const std::optional<ranging::PassageWalls>& reported, double yaw_rad) {
     VehicleSettings settings = settings_with_prior();
     settings.peers[0].prior->T_self_peer.R = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad);
@@ -214,7 +214,7 @@ struct InPassage : Staged {
   }
 };
 
-TEST(RangeStage, walls_correct_a_start_that_was_measured_by_hand_and_again_from_nearer) {
+TEST(RangeStage, wall_distances_correct_a_start_pose_again_at_closer_range) {
   InPassage s(9.0);
   // Sigma 0.49 by hand (0.2, and 0.05 rad over 9 m); 0.1 and 0.4 m of bend by walls.
   const auto [far_m, far_sigma_m] = s.receive(0.1, 8.9, 1.7, 2.3);
@@ -228,7 +228,7 @@ TEST(RangeStage, walls_correct_a_start_that_was_measured_by_hand_and_again_from_
 // A hole in the map beside the peer made its passage 2 m wider than here. That was used with a
 // sigma of 1 m, and again with each range: after seconds the landmark was half a metre off, by
 // seven sigma, and with it the bias of the pair. Each leap past the peer added twice that.
-TEST(RangeStage, walls_that_are_not_the_same_for_both_tell_once) {
+TEST(RangeStage, unequal_wall_distances_are_applied_once) {
   InPassage s(3.0);
   const auto [once_m, once_sigma_m] = s.receive(0.1, 2.9, 1.7, 4.3);
   EXPECT_GT(once_m, 0.02) << "1.3 m aside, sigma 1.1; 0.25 by hand";
@@ -240,14 +240,14 @@ TEST(RangeStage, walls_that_are_not_the_same_for_both_tell_once) {
   EXPECT_NEAR(s.receive(3.3, 2.9, 1.7, 2.3).first, 0.3, 0.1) << "the hole is closed";
 }
 
-TEST(RangeStage, walls_that_contradict_all_that_is_known_are_none) {
+TEST(RangeStage, wall_distances_5_sigma_off_are_rejected) {
   // Sigma 0.25 by hand, 0.15 by walls: a lateral offset of 1.6 m would be 5 sigma off.
   EXPECT_NEAR(InPassage(3.0).receive(0.1, 2.9, 0.4, 3.6).first, 0.0, 1e-6);
   EXPECT_NEAR(InPassage(3.0).receive(0.1, 2.9, 1.7, 2.3).first, 0.22, 0.03);
 }
 
 // A mixture has room for four pairs: the covariance of a fifth was written beyond its matrix.
-TEST(RangeStage, more_antennas_than_a_passage_has_room_for_are_heard_all_the_same) {
+TEST(RangeStage, with_six_antennas_in_a_passage_uses_at_least_four) {
   VehicleSettings settings = settings_with_prior();
   settings.antennas_body_m.assign(6, Vec3::Zero());
   Staged s(settings);
@@ -269,7 +269,7 @@ TEST(RangeStage, more_antennas_than_a_passage_has_room_for_are_heard_all_the_sam
 
 // A landmark shares the error of the own position from which it was initialised: both move
 // together, and the mask has their relative position however long the path was.
-TEST(RangeStage, how_far_a_place_found_from_here_is_stays_known_where_the_own_place_is_not) {
+TEST(RangeStage, a_landmark_stays_certain_relative_to_an_uncertain_own_pose) {
   Moved m(2.0, 2.0, Vec3::UnitX());
   m.filter.P(3, 3) = 25.0;
   EXPECT_EQ(m.receive(12.0, 6), 5);

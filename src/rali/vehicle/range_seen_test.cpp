@@ -51,7 +51,7 @@ struct Beside {
 
 // 1.3 m beside the anchor neither range nor reported path separates ahead from behind: no range was
 // used, and rounds ended before any vehicle had moved.
-TEST(RangeSeen, whoever_came_by_ranges_tells_the_other_where_it_stands) {
+TEST(RangeSeen, initialises_the_landmark_from_the_position_reported_by_the_peer) {
   for (const double yaw_rad : {0.0, 2.0, std::numbers::pi}) {
     const odometry::DenseAugmentedFilter filter = Beside{.yaw_rad = yaw_rad}.after();
     ASSERT_GE(filter.augmented().size(), 3) << yaw_rad;
@@ -65,7 +65,7 @@ TEST(RangeSeen, whoever_came_by_ranges_tells_the_other_where_it_stands) {
 
 // The bias of this pair is in the peer's report, too: without its variance, both would be
 // overconfident in a position 0.1 m off.
-TEST(RangeSeen, the_bias_of_the_pair_is_in_doubt_for_both) {
+TEST(RangeSeen, landmark_distance_sigma_includes_the_bias_of_the_pair) {
   Beside s;
   s.me.covariance_m2 = 1e-6 * Mat3::Identity();
   const odometry::DenseAugmentedFilter filter = s.after();
@@ -81,7 +81,7 @@ TEST(RangeSeen, the_bias_of_the_pair_is_in_doubt_for_both) {
 
 // In a tunnel, relative heights have a sigma of half a metre, which is enough. The report was
 // refused for that, and the mission ended 4 m beside the anchor.
-TEST(RangeSeen, a_doubtful_height_does_not_matter) {
+TEST(RangeSeen, accepts_a_large_height_sigma_but_not_a_large_horizontal_one) {
   Beside s;
   s.me.covariance_m2(2, 2) = 0.25;
   EXPECT_TRUE(s.placed());
@@ -89,7 +89,7 @@ TEST(RangeSeen, a_doubtful_height_does_not_matter) {
   EXPECT_FALSE(s.placed());
 }
 
-TEST(RangeSeen, what_contradicts_the_range_or_helps_nobody_is_not_taken) {
+TEST(RangeSeen, rejects_reports_that_are_uncertain_invalid_or_contradict_the_range) {
   EXPECT_TRUE(Beside{}.placed());
   EXPECT_FALSE((Beside{.at_rest = false}.placed())) << "where it was then it is not now";
   EXPECT_FALSE((Beside{.range_m = 3.0}.placed()));

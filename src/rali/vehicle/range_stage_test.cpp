@@ -15,7 +15,7 @@ using ranging::RangeReason;
 using ranging::RangeUse;
 using sensor::RangeSample;
 
-TEST(RangeStage, a_range_moves_the_pose_by_the_gain_worked_out_by_hand) {
+TEST(RangeStage, a_range_update_matches_the_hand_computed_gain) {
   Staged s;
   // Between the antennas, across the line: 0.2901 m2 (0.04 + 0.5^2 + 1e-4) and 0.0401 m2. The mean
   // of the second-order term, half their sum / 10 = 16.5 mm, is not subtracted.
@@ -48,7 +48,7 @@ TEST(RangeStage, the_direction_of_an_exchange_makes_no_difference) {
   EXPECT_EQ(forth.one(0.0, 10.1).residual_m, back.uses().back().residual_m);
 }
 
-TEST(RangeStage, a_bias_that_was_calibrated_is_in_the_prediction) {
+TEST(RangeStage, prediction_includes_a_calibrated_bias) {
   VehicleSettings settings = settings_with_prior();
   settings.peers[0].bias_m = 0.5;
   Staged s(settings);
@@ -57,7 +57,7 @@ TEST(RangeStage, a_bias_that_was_calibrated_is_in_the_prediction) {
   EXPECT_NEAR(use.predicted_m, 10.5, 1e-9);
 }
 
-TEST(RangeStage, ranges_of_strangers_are_unknown_at_once) {
+TEST(RangeStage, refuses_ranges_with_unknown_vehicles_or_antennas_at_once) {
   Staged s;
   RangeSample strange = Staged::sample(0.0, 10.0);
   strange.to = VehicleId{9};
@@ -77,7 +77,7 @@ TEST(RangeStage, ranges_of_strangers_are_unknown_at_once) {
   EXPECT_EQ(s.uses().size(), 4U);
 }
 
-TEST(RangeStage, without_a_peer_that_is_known_to_stand_there_is_no_pose) {
+TEST(RangeStage, uses_ranges_only_to_a_peer_recently_reported_at_standstill) {
   Staged s;
   EXPECT_EQ(s.one(1.4, 8.6).reason, RangeReason::kUsed);
   EXPECT_EQ(s.one(1.6, 8.4).reason, RangeReason::kNoPose);  // reported 1.5 s ago
@@ -95,7 +95,7 @@ TEST(RangeStage, without_a_peer_that_is_known_to_stand_there_is_no_pose) {
   EXPECT_TRUE(filter.applied.empty());
 }
 
-TEST(RangeStage, without_a_filter_or_when_not_wanted_ranges_are_only_told) {
+TEST(RangeStage, without_a_filter_or_with_ranging_disabled_only_reports_ranges) {
   Staged s;
   s.add(0.0, 10.0);
   static_cast<void>(s.stage.run(Time::from_s(1.0), nullptr, kGravity, std::nullopt, s.out));
@@ -111,14 +111,14 @@ TEST(RangeStage, without_a_filter_or_when_not_wanted_ranges_are_only_told) {
   EXPECT_EQ(off.uses()[0].reason, RangeReason::kNoPose);
 }
 
-TEST(RangeStage, a_range_older_than_the_filter_can_go_back_is_late) {
+TEST(RangeStage, a_range_older_than_the_filter_history_is_late) {
   Staged s;
   EXPECT_EQ(s.one(1.0, 9.0).reason, RangeReason::kUsed);
   EXPECT_EQ(s.one(0.95, 9.05).reason, RangeReason::kUsed);
   EXPECT_EQ(s.one(0.85, 9.15).reason, RangeReason::kLate);
 }
 
-TEST(RangeStage, before_the_filter_has_found_itself_nothing_is_late) {
+TEST(RangeStage, before_the_filter_is_initialised_no_range_is_late) {
   Staged s;
   s.filter.found_itself = false;
   EXPECT_EQ(s.one(0.0, 10.0).reason, RangeReason::kNoPose);
@@ -128,7 +128,7 @@ TEST(RangeStage, before_the_filter_has_found_itself_nothing_is_late) {
   EXPECT_EQ(s.one(0.2, 9.8).reason, RangeReason::kLate);
 }
 
-TEST(RangeStage, what_cannot_be_a_range_is_out_of_limits) {
+TEST(RangeStage, refuses_nan_and_implausible_ranges_as_out_of_limits) {
   Staged s;
   const double inf = std::numeric_limits<double>::infinity();
   for (const double bad : {0.1, -1.0, 301.0, inf, std::nan("")}) {
@@ -137,7 +137,7 @@ TEST(RangeStage, what_cannot_be_a_range_is_out_of_limits) {
   EXPECT_EQ(s.one(0.0, 10.0).reason, RangeReason::kUsed);
 }
 
-TEST(RangeStage, a_range_that_jumps_is_an_outlier_and_one_that_misses_is_blocked_by_the_gate) {
+TEST(RangeStage, distinguishes_a_range_jump_from_a_gated_innovation) {
   Staged s;
   EXPECT_EQ(s.one(0.0, 10.0).reason, RangeReason::kUsed);
   EXPECT_EQ(s.one(0.05, 15.0).reason, RangeReason::kOutlier);
@@ -147,7 +147,7 @@ TEST(RangeStage, a_range_that_jumps_is_an_outlier_and_one_that_misses_is_blocked
   EXPECT_EQ(misses.effect.shift_m, 0.0);
 }
 
-TEST(RangeStage, behind_walls_of_the_map_a_range_counts_less_and_a_miss_is_theirs) {
+TEST(RangeStage, down_weights_ranges_through_mapped_walls_and_marks_misses_as_nlos) {
   Staged s;
   s.filter.surfaces = 2;
   const RangeUse use = s.one(0.0, 10.02);
@@ -163,7 +163,7 @@ TEST(RangeStage, behind_walls_of_the_map_a_range_counts_less_and_a_miss_is_their
   EXPECT_LT(one_wall.filter.applied_R[0], 0.011);
 }
 
-TEST(RangeStage, a_burst_of_long_ranges_is_called_blocked_from_the_first) {
+TEST(RangeStage, marks_a_burst_of_long_ranges_as_nlos_from_the_first) {
   Staged s;
   s.filter.now.v_odom_mps = Vec3::Zero();
   s.filter.P(3, 3) = 1e-4;
@@ -182,7 +182,7 @@ TEST(RangeStage, a_burst_of_long_ranges_is_called_blocked_from_the_first) {
   EXPECT_NEAR(s.filter.now.T_odom_body.p.x(), 0.0, 0.02);
 }
 
-TEST(RangeStage, short_ranges_that_agree_widen_the_pose) {
+TEST(RangeStage, consistently_short_ranges_widen_the_pose_covariance) {
   Staged s;
   s.filter.now.v_odom_mps = Vec3::Zero();
   for (int k = 0; k < 20; ++k) {
@@ -193,7 +193,7 @@ TEST(RangeStage, short_ranges_that_agree_widen_the_pose) {
   EXPECT_EQ(s.filter.widened, 4.0);
 }
 
-TEST(RangeStage, neighbouring_ranges_share_their_error_and_count_less) {
+TEST(RangeStage, consecutive_ranges_get_a_larger_variance_for_their_common_error) {
   Staged s;
   for (int k = 0; k < 5; ++k) static_cast<void>(s.one(0.05 * k, 10.0 - 0.05 * k));
   ASSERT_EQ(s.filter.applied_R.size(), 5U);
@@ -202,7 +202,7 @@ TEST(RangeStage, neighbouring_ranges_share_their_error_and_count_less) {
   }
 }
 
-TEST(RangeStage, goes_through_ranges_in_the_order_of_time_up_to_the_end_of_the_sweep) {
+TEST(RangeStage, processes_ranges_in_time_order_up_to_the_scan_end) {
   Staged s;
   for (const double t_s : {0.3, 0.1, 0.45, 0.2}) s.add(t_s, 10.0 - t_s);
   EXPECT_TRUE(s.uses().empty());
@@ -219,7 +219,7 @@ TEST(RangeStage, goes_through_ranges_in_the_order_of_time_up_to_the_end_of_the_s
   EXPECT_EQ(s.uses().size(), 4U);
 }
 
-TEST(RangeStage, a_peer_that_drove_off_takes_its_place_with_it_and_nothing_else) {
+TEST(RangeStage, removes_only_the_landmark_states_of_a_peer_that_drove_off) {
   Staged s;
   static_cast<void>(s.one(0.0, 10.1));
   ASSERT_EQ(s.filter.augmented().size(), 5);
@@ -238,7 +238,7 @@ TEST(RangeStage, a_peer_that_drove_off_takes_its_place_with_it_and_nothing_else)
 
 // An anchor that was passed reported motion for two scans. Its landmark was removed, initialised
 // again on the wrong side of the vehicle beside it, and the round ended.
-TEST(RangeStage, a_peer_that_is_only_shaken_keeps_its_place) {
+TEST(RangeStage, keeps_the_landmark_of_a_peer_displaced_by_only_2_cm) {
   for (const double off_m : {0.02, 0.5}) {
     Staged s;
     PeerPose pose;
@@ -254,7 +254,7 @@ TEST(RangeStage, a_peer_that_is_only_shaken_keeps_its_place) {
   }
 }
 
-TEST(RangeStage, finds_a_far_peer_in_a_passage_by_driving) {
+TEST(RangeStage, initialises_a_far_peer_in_a_passage_from_ranges_while_driving) {
   VehicleSettings settings = settings_with_prior();
   settings.peers[0].prior.reset();
   Staged s(settings);
@@ -282,7 +282,7 @@ TEST(RangeStage, finds_a_far_peer_in_a_passage_by_driving) {
   EXPECT_GT(s.filter.augmented().covariance(3, 3), 2.0);
 }
 
-TEST(RangeStage, passes_a_peer_whose_place_across_was_wrong_by_metres) {
+TEST(RangeStage, passes_a_peer_whose_lateral_prior_is_wrong_by_metres) {
   // It is 1.2 m to the left, with a prior 4 m to the right, 40 m ahead.
   VehicleSettings settings = settings_with_prior();
   settings.peers[0].prior->T_self_peer.p = Vec3(40.0, -4.0, 0.0);

@@ -62,7 +62,7 @@ struct Driver {
   }
 };
 
-TEST(Vehicle, answers_each_scan_with_a_pose_and_the_first_with_a_keyframe) {
+TEST(Vehicle, outputs_a_pose_per_scan_and_a_keyframe_for_the_first) {
   TestRoom room = small_room();
   Driver d(3, settings_of(room, false));
   for (int k = 0; k < 4; ++k) d.feed(freeze(room.scan(0.1 * k)));
@@ -77,7 +77,7 @@ TEST(Vehicle, answers_each_scan_with_a_pose_and_the_first_with_a_keyframe) {
   EXPECT_GT(keyframes[0].keyframe->cloud.size(), 500U);
 }
 
-TEST(Vehicle, in_a_later_epoch_numbers_its_keyframes_from_the_epochs_first_and_facts_from_0) {
+TEST(Vehicle, in_a_later_epoch_offsets_keyframe_numbers_and_restarts_fact_numbers) {
   TestRoom room = small_room();
   VehicleSettings settings = settings_of(room, false);
   settings.facts.epoch = 3;
@@ -95,7 +95,7 @@ TEST(Vehicle, in_a_later_epoch_numbers_its_keyframes_from_the_epochs_first_and_f
   EXPECT_EQ(points.keyframe, 3U << 20);
 }
 
-TEST(Vehicle, refuses_late_scans_and_no_scan_and_says_so) {
+TEST(Vehicle, refuses_late_repeated_and_null_scans_with_a_finding) {
   TestRoom room = small_room();
   Driver d(0, settings_of(room, false));
   d.feed(freeze(room.scan(1.0)));
@@ -131,7 +131,7 @@ TEST(Vehicle, holds_a_scan_back_until_inertial_data_reach_its_end) {
   EXPECT_EQ(d.poses(), 1U);
 }
 
-TEST(Vehicle, goes_on_without_inertial_data_that_do_not_come) {
+TEST(Vehicle, processes_scans_after_0_2_s_without_inertial_data) {
   TestRoom room = small_room();
   Driver d(0, settings_of(room, true));
   for (int k = 0; k < 5; ++k) d.feed(freeze(room.scan(0.1 * k)));
@@ -142,7 +142,7 @@ TEST(Vehicle, goes_on_without_inertial_data_that_do_not_come) {
   EXPECT_EQ(all_of<GravityEstimate>(d.out).size(), 1U);
 }
 
-TEST(Vehicle, end_of_data_without_data_is_no_trouble) {
+TEST(Vehicle, handles_end_of_data_without_any_data) {
   Driver d(0, VehicleSettings{});
   d.feed(EndOfData{});
   EXPECT_EQ(d.poses(), 0U);
@@ -204,7 +204,7 @@ std::uint64_t after_hearing(TestRoom room, double shell_m, int scans = 30, doubl
 
 // In a tunnel, a column takes itself for static objects; in a room walls at that range are worth
 // more.
-TEST(Vehicle, leaves_out_what_is_as_far_as_a_peer_only_where_its_way_is_blind) {
+TEST(Vehicle, masks_points_at_the_range_of_a_peer_only_under_degeneracy) {
   const TestRoom room;
   EXPECT_EQ(after_hearing(room, 1.0), after_hearing(room, 0.0));
   TestRoom tunnel = small_room();
@@ -217,7 +217,7 @@ TEST(Vehicle, leaves_out_what_is_as_far_as_a_peer_only_where_its_way_is_blind) {
 }
 
 // The other vehicles compute their lateral offset from these.
-TEST(Vehicle, tells_of_the_walls_beside_it_where_it_stands_in_a_passage) {
+TEST(Vehicle, reports_wall_distances_at_standstill_only_in_a_passage) {
   const auto walls = [](TestRoom room) {
     VehicleSettings settings = settings_of(room, true);
     settings.antennas_body_m = {geometry::Vec3(0.0, 0.25, 0.0)};
@@ -289,7 +289,7 @@ std::vector<Event> recording(std::uint64_t seed) {
   return events;
 }
 
-TEST(Vehicle, same_events_give_the_same_state_and_others_another) {
+TEST(Vehicle, state_hash_depends_only_on_the_events) {
   const VehicleSettings settings = settings_of(small_room(), true);
   const auto hash_after = [&](std::uint64_t seed) {
     Driver d(0, settings);
@@ -323,7 +323,7 @@ TEST(Vehicle, two_in_one_process_do_not_disturb_each_other) {
   }
 }
 
-TEST(Vehicle, may_be_moved) {
+TEST(Vehicle, can_be_move_constructed) {
   TestRoom room = small_room();
   Vehicle a(VehicleId{0}, settings_of(room, false));
   SerialExecutor executor;

@@ -7,7 +7,7 @@
 namespace rali::view {
 namespace {
 
-TEST(ViewAddress, is_read_with_and_without_its_parts) {
+TEST(ViewAddress, is_parsed_with_and_without_optional_parts) {
   struct Case {
     const char *url, *host;
     int port;
@@ -26,7 +26,7 @@ TEST(ViewAddress, is_read_with_and_without_its_parts) {
   }
 }
 
-TEST(ViewAddress, that_is_none_is_refused_in_a_sentence) {
+TEST(ViewAddress, that_is_invalid_is_refused) {
   for (const char* url : {"", "http://", "https://robot", "robot:0", "robot:99999", "robot:x",
                           "a b", "robot/x", "user@robot", "robot?x=1"}) {
     const auto address = parse_view_address(url);
@@ -35,7 +35,7 @@ TEST(ViewAddress, that_is_none_is_refused_in_a_sentence) {
   }
 }
 
-TEST(ViewClient, asks_and_orders) {
+TEST(ViewClient, sends_queries_and_operator_commands) {
   ViewOptions options;
   options.port = 0;
   const auto server = start_view_server(options);
@@ -51,7 +51,7 @@ TEST(ViewClient, asks_and_orders) {
   EXPECT_EQ((*server)->take_requests().size(), 1U);
 }
 
-TEST(ViewClient, says_who_does_not_answer) {
+TEST(ViewClient, names_the_address_that_does_not_answer) {
   ViewAddress address;
   address.port = 1;
   const auto reply = ask_view(address, "/state");

@@ -156,7 +156,7 @@ TEST(ViewServer, answers_page_health_metrics_and_state) {
   EXPECT_TRUE(head.body.empty());
 }
 
-TEST(ViewServer, speaks_both_names_of_the_protocol_and_sends_what_is_subscribed) {
+TEST(ViewServer, accepts_both_protocol_names_and_sends_subscribed_channels) {
   const auto server = started();
   const int a = server->add_channel(channel("/a"));
   for (const char* name : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
@@ -178,7 +178,7 @@ TEST(ViewServer, refuses_a_websocket_of_another_protocol) {
   EXPECT_THROW(TestViewer(*server, "mqtt"), beast::system_error);
 }
 
-TEST(ViewServer, tells_a_viewer_of_a_channel_that_comes_later) {
+TEST(ViewServer, advertises_channels_added_later) {
   const auto server = started();
   TestViewer viewer(*server);
   (void)viewer.read();
@@ -198,7 +198,7 @@ TEST(ViewServer, gives_a_late_subscriber_the_last_frame) {
   EXPECT_EQ(viewer.read().substr(13), "new");
 }
 
-TEST(ViewServer, a_viewer_that_does_not_read_delays_nobody_and_loses_frames) {
+TEST(ViewServer, a_stalled_viewer_loses_frames_without_delaying_others) {
   ViewOptions options;
   options.queue_bytes = 1U << 20U;
   const auto server = started(options);
@@ -238,7 +238,7 @@ TEST(ViewServer, a_viewer_that_does_not_read_delays_nobody_and_loses_frames) {
       std::string::npos);
 }
 
-TEST(ViewServer, takes_orders_and_hands_them_over_once) {
+TEST(ViewServer, returns_each_operator_command_once) {
   const auto server = started();
   EXPECT_EQ(
       ask(*server, http::verb::post, "/operator", R"({"command":"assume-lost","vehicle":"v2"})")
@@ -252,7 +252,7 @@ TEST(ViewServer, takes_orders_and_hands_them_over_once) {
   EXPECT_TRUE(server->take_requests().empty());
 }
 
-TEST(ViewServer, a_foreign_name_on_loopback_is_refused_unless_it_has_the_token) {
+TEST(ViewServer, a_foreign_host_name_on_loopback_needs_the_token) {
   ViewOptions options;
   options.token = "0123456789abcdef";
   const auto server = started(options);
@@ -260,7 +260,7 @@ TEST(ViewServer, a_foreign_name_on_loopback_is_refused_unless_it_has_the_token) 
   EXPECT_EQ(ask(*server, http::verb::get, "/metrics", "", options.token, "robot.lan").status, 200U);
 }
 
-TEST(ViewServer, beyond_loopback_a_good_token_is_a_must) {
+TEST(ViewServer, needs_a_valid_token_beyond_loopback) {
   for (const char* token : {"", "short", "0123456789abcde?"}) {
     const auto server = start_view_server(options_of("0.0.0.0", 0, token));
     ASSERT_FALSE(server) << token;
@@ -273,7 +273,7 @@ TEST(ViewServer, beyond_loopback_a_good_token_is_a_must) {
   EXPECT_NE(named.error().message().find("'robot.lan' is no IP address"), std::string::npos);
 }
 
-TEST(ViewServer, another_machine_without_the_token_sees_nothing) {
+TEST(ViewServer, another_machine_without_the_token_is_refused) {
   // Another address of this machine, if there is one, represents another machine.
   asio::io_context io;
   asio::ip::udp::socket probe(io, asio::ip::udp::v4());
@@ -296,7 +296,7 @@ TEST(ViewServer, another_machine_without_the_token_sees_nothing) {
   EXPECT_EQ(status("/?token=0123456789abcdef"), "200");
 }
 
-TEST(ViewServer, a_port_in_use_is_one_clear_sentence) {
+TEST(ViewServer, a_port_in_use_is_an_error_with_a_remedy) {
   const auto server = started();
   const auto second = start_view_server(options_of("127.0.0.1", server->port()));
   ASSERT_FALSE(second);
@@ -307,7 +307,7 @@ TEST(ViewServer, a_port_in_use_is_one_clear_sentence) {
                         server->port()));
 }
 
-TEST(ViewServer, survives_bytes_that_are_no_http) {
+TEST(ViewServer, survives_invalid_http) {
   const auto server = started();
   std::string noise;
   for (int i = 0; i < 3000; ++i) noise += static_cast<char>(i * 7919 >> 3);
@@ -329,7 +329,7 @@ TEST(ViewServer, survives_bytes_that_are_no_http) {
   EXPECT_EQ(ask(*server, http::verb::get, "/metrics").status, 200U) << "and still answers";
 }
 
-TEST(ViewServer, a_viewer_that_sends_too_much_or_nonsense_is_closed) {
+TEST(ViewServer, disconnects_viewers_that_send_oversized_or_many_invalid_messages) {
   const auto server = started();
   TestViewer big(*server), silly(*server);
   EXPECT_THROW(
@@ -368,7 +368,7 @@ TEST(ViewServer, serves_a_hundred_connections_of_which_64_are_viewers) {
   EXPECT_NE(again.read().find("\"serverInfo\""), std::string::npos);
 }
 
-TEST(ViewServer, ends_at_once_with_viewers_connected_and_says_goodbye) {
+TEST(ViewServer, shuts_down_within_2_s_and_closes_connected_viewers_properly) {
   auto server = started();
   TestViewer viewer(*server);
   (void)viewer.read();

@@ -22,7 +22,7 @@ using internal::views;
 using internal::vlp16_scan;
 using sensor::LidarScan;
 
-TEST(CloudFormat, velodyne_rows_are_seconds_after_the_header) {
+TEST(CloudFormat, velodyne_times_are_seconds_after_the_header) {
   for (const bool big_endian : {false, true}) {
     for (const CloudStyle style : {CloudStyle::kVelodyne, CloudStyle::kVelodynePcl}) {
       const auto clouds = three(style, HeaderStamp::kStart, big_endian);
@@ -42,7 +42,7 @@ TEST(CloudFormat, velodyne_rows_are_seconds_after_the_header) {
   }
 }
 
-TEST(CloudFormat, negative_times_mean_that_the_header_is_the_end_of_the_sweep) {
+TEST(CloudFormat, negative_times_mean_the_header_stamps_the_end_of_the_scan) {
   const auto clouds = three(CloudStyle::kVelodyne, HeaderStamp::kEnd);
   const auto format = decide_cloud_format(views(clouds), {});
   ASSERT_TRUE(format.has_value());
@@ -89,7 +89,7 @@ TEST(CloudFormat, livox_timestamps_are_absolute_nanoseconds_in_a_double) {
   EXPECT_NEAR(static_cast<double>(got.dt_s.back()), 0.1 * 899.0 / 900.0, 1e-6);
 }
 
-TEST(CloudFormat, livox_custom_messages_of_both_worlds_give_the_same_scan) {
+TEST(CloudFormat, livox_custom_messages_of_ros1_and_ros2_give_the_same_scan) {
   LivoxCustom custom;
   custom.stamp = kStart;
   custom.timebase_ns = static_cast<std::uint64_t>(kStart.ns);
@@ -132,7 +132,7 @@ TEST(CloudFormat, clouds_without_times_get_them_from_the_azimuth_of_a_known_mode
   expect_third(clouds[2].view, *format, {}, 1e-4);
 }
 
-TEST(CloudFormat, clouds_farther_apart_than_a_turn_get_no_times) {
+TEST(CloudFormat, clouds_farther_apart_than_one_revolution_get_no_times) {
   auto clouds = three(CloudStyle::kXyzi);
   for (std::size_t k = 0; k < clouds.size(); ++k) {
     clouds[k].view.stamp = kStart + Duration::from_s(0.5 * static_cast<double>(k));
@@ -142,7 +142,7 @@ TEST(CloudFormat, clouds_farther_apart_than_a_turn_get_no_times) {
   EXPECT_EQ(format->point_time, PointTime::kNone) << format->summary;
 }
 
-TEST(CloudFormat, kitti_order_without_rings_is_timed_from_the_rear_clockwise) {
+TEST(CloudFormat, kitti_clouds_without_rings_are_timed_clockwise_from_the_rear) {
   // KITTI .bin: ring by ring, each from azimuth 0 upward, x y z intensity.
   const LidarScan scan = vlp16_scan(kStart);
   LidarScan sorted;
@@ -167,7 +167,7 @@ TEST(CloudFormat, kitti_order_without_rings_is_timed_from_the_rear_clockwise) {
   }
 }
 
-TEST(CloudFormat, all_zero_times_fall_back_to_the_azimuth_and_say_so) {
+TEST(CloudFormat, all_zero_times_fall_back_to_azimuth_with_a_finding) {
   auto clouds = three(CloudStyle::kRoboSense);
   for (PackedCloud& cloud : clouds) {
     for (std::size_t i = 0; i < cloud.view.width; ++i) {
@@ -218,7 +218,7 @@ std::vector<PackedCloud> with_times(FieldType type, std::string name, double uni
   return clouds;
 }
 
-TEST(CloudFormat, the_unit_is_found_by_value_whatever_the_field_is_called) {
+TEST(CloudFormat, the_time_unit_is_detected_by_value_for_any_field_name) {
   struct Row {
     std::vector<PackedCloud> clouds;
     PointTime want;
@@ -243,7 +243,7 @@ TEST(CloudFormat, the_unit_is_found_by_value_whatever_the_field_is_called) {
   }
 }
 
-TEST(CloudFormat, points_on_another_clock_are_put_at_the_header) {
+TEST(CloudFormat, point_times_on_another_clock_are_aligned_to_the_header) {
   // a sensor that counts from its start, 7403 s ago; IMU and header run on the computer's clock
   auto clouds = three(CloudStyle::kRoboSense);
   for (PackedCloud& cloud : clouds) {
@@ -266,7 +266,7 @@ TEST(CloudFormat, points_on_another_clock_are_put_at_the_header) {
   EXPECT_NEAR(seconds_between(clouds[2].view.stamp, got.t_end), 0.0, 1e-6);
 }
 
-TEST(CloudFormat, header_stamps_of_zero_leave_the_points_times) {
+TEST(CloudFormat, zero_header_stamps_keep_the_absolute_point_times) {
   auto clouds = three(CloudStyle::kRoboSense);
   for (PackedCloud& cloud : clouds) cloud.view.stamp = Time{};
   const auto format = decide_cloud_format(views(clouds), {});
@@ -276,7 +276,7 @@ TEST(CloudFormat, header_stamps_of_zero_leave_the_points_times) {
   expect_third(clouds[2].view, *format, {}, 1e-6);
 }
 
-TEST(CloudFormat, a_fixed_header_stamp_moves_the_sweep) {
+TEST(CloudFormat, header_stamp_option_end_shifts_the_scan_start) {
   const auto clouds = three(CloudStyle::kVelodyne);
   CloudFormatOptions options;
   options.header_stamp = HeaderStamp::kEnd;
@@ -288,7 +288,7 @@ TEST(CloudFormat, a_fixed_header_stamp_moves_the_sweep) {
   EXPECT_NEAR(seconds_between(clouds[1].view.stamp, got.t_start), -0.0999, 1e-4);
 }
 
-TEST(CloudFormat, times_that_span_no_sweep_are_refused_with_their_number) {
+TEST(CloudFormat, implausible_scan_durations_fall_back_to_azimuth_with_a_finding) {
   const auto clouds = with_times<float>(FieldType::kFloat32, "time", 40.0);  // 4 s a scan
   const auto format = decide_cloud_format(views(clouds), {});
   ASSERT_TRUE(format.has_value());
@@ -297,7 +297,7 @@ TEST(CloudFormat, times_that_span_no_sweep_are_refused_with_their_number) {
       << format->findings[0].text;
 }
 
-TEST(CloudFormat, a_unit_set_by_hand_that_makes_sweeps_of_minutes_is_refused_with_the_span) {
+TEST(CloudFormat, a_configured_unit_giving_100_s_scans_is_refused) {
   const auto seconds = with_times<double>(FieldType::kFloat64, "time", 1e3);  // 100 s a scan
   const auto endless = with_times<double>(FieldType::kFloat64, "time", 1e300);
   CloudFormatOptions options;
@@ -314,7 +314,7 @@ TEST(CloudFormat, a_unit_set_by_hand_that_makes_sweeps_of_minutes_is_refused_wit
   EXPECT_TRUE(decide_cloud_format(views(seconds), options).has_value());
 }
 
-TEST(CloudFormat, a_span_that_contradicts_the_rate_is_kept_but_reported) {
+TEST(CloudFormat, a_scan_duration_inconsistent_with_the_rate_is_reported) {
   auto clouds = three(CloudStyle::kVelodyne);
   for (int i = 0; i < 3; ++i) {
     clouds[static_cast<std::size_t>(i)].view.stamp = kStart + Duration::from_s(0.05 * i);
@@ -325,7 +325,7 @@ TEST(CloudFormat, a_span_that_contradicts_the_rate_is_kept_but_reported) {
   EXPECT_TRUE(has_finding(*format, "D02"));
 }
 
-TEST(CloudFormat, what_the_user_fixed_is_taken) {
+TEST(CloudFormat, configured_options_override_detection) {
   const auto clouds = three(CloudStyle::kVelodyne);
   CloudFormatOptions options;
   options.point_time = PointTime::kNone;
@@ -351,7 +351,7 @@ TEST(CloudFormat, what_the_user_fixed_is_taken) {
   EXPECT_EQ(got.t_end, clouds[0].view.stamp);
 }
 
-TEST(CloudFormat, clouds_without_xyz_and_empty_ones_are_refused_with_different_codes) {
+TEST(CloudFormat, clouds_without_xyz_and_missing_clouds_have_different_error_codes) {
   auto clouds = three(CloudStyle::kXyzi);
   EXPECT_EQ(decide_cloud_format({}, {}).error().code, ErrorCode::kNoAnswer);
   clouds[0].view.fields[2].name = "zz";
@@ -374,7 +374,7 @@ std::vector<PackedCloud> scaled(float factor) {
   return clouds;
 }
 
-TEST(CloudFormat, millimetres_and_centimetres_are_named_and_refused) {
+TEST(CloudFormat, coordinates_in_millimetres_or_centimetres_are_refused) {
   for (const auto& [factor, unit] : std::vector<std::pair<float, std::string>>{
            {1000.0F, "millimetres"}, {100.0F, "centimetres"}}) {
     const auto clouds = scaled(factor);

@@ -14,7 +14,7 @@ using internal::views;
 using internal::vlp16_scan;
 using sensor::LidarScan;
 
-TEST(CloudRings, rings_that_are_no_ring_numbers_are_found_from_the_elevation) {
+TEST(CloudRings, invalid_ring_fields_are_replaced_by_elevation) {
   auto clouds = three(CloudStyle::kVelodyne);
   for (PackedCloud& cloud : clouds) {
     for (std::size_t i = 0; i < cloud.view.width; ++i) {
@@ -29,7 +29,7 @@ TEST(CloudRings, rings_that_are_no_ring_numbers_are_found_from_the_elevation) {
   expect_third(clouds[2].view, *format, {}, 1e-6);
 }
 
-TEST(CloudRings, rings_in_firing_order_are_reported_as_fine) {
+TEST(CloudRings, rings_in_firing_order_are_accepted_with_a_finding) {
   constexpr std::uint16_t kFiring[] = {0, 8, 1, 9, 2, 10, 3, 11, 4, 12, 5, 13, 6, 14, 7, 15};
   std::vector<PackedCloud> clouds;
   for (int i = 0; i < 2; ++i) {

@@ -28,7 +28,7 @@ CloudFormat decided(const CloudView& cloud, const CloudFormatOptions& options = 
   return format.value_or(CloudFormat{});
 }
 
-TEST(DecodeCloud, drops_and_counts_points_that_are_none) {
+TEST(DecodeCloud, drops_and_counts_invalid_and_out_of_range_points) {
   PackedCloud cloud = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kVelodyne);
   const CloudFormat format = decided(cloud.view);
   const std::size_t n = cloud.view.width;
@@ -49,7 +49,7 @@ TEST(DecodeCloud, drops_and_counts_points_that_are_none) {
   EXPECT_EQ(scan.intensity[0], 7.0F);
 }
 
-TEST(DecodeCloud, keeps_range_limits_inclusive_and_cuts_the_self_box) {
+TEST(DecodeCloud, keeps_points_at_the_range_limits_and_removes_the_self_box) {
   LidarScan made;
   made.push_back(0.5F, 0, 0, 0, 0, 0);
   made.push_back(2.0F, 0, 0, 0, 0, 0);
@@ -69,7 +69,7 @@ TEST(DecodeCloud, keeps_range_limits_inclusive_and_cuts_the_self_box) {
   EXPECT_EQ(scan.dropped_nan, 0U);
 }
 
-TEST(DecodeCloud, points_with_insane_times_are_dropped_and_do_not_move_the_others) {
+TEST(DecodeCloud, drops_points_with_implausible_times_without_shifting_others) {
   PackedCloud cloud = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kRoboSense);
   const CloudFormat format = decided(cloud.view);
   const std::size_t n = cloud.view.width;
@@ -86,7 +86,7 @@ TEST(DecodeCloud, points_with_insane_times_are_dropped_and_do_not_move_the_other
   EXPECT_NEAR(seconds_between(kStamp, scan.t_end), 0.0999, 1e-4);
 }
 
-TEST(DecodeCloud, a_sweep_without_one_sane_time_is_empty_and_not_at_a_wrong_time) {
+TEST(DecodeCloud, a_scan_without_any_valid_time_is_empty) {
   PackedCloud cloud = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kVelodyne);
   const CloudFormat format = decided(cloud.view);
   for (const float wrong : {kNan, 1e9F, -kInf}) {
@@ -128,7 +128,7 @@ TEST(DecodeCloud, padded_rows_organised_clouds_and_gaps_give_the_same_points) {
   }
 }
 
-TEST(DecodeCloud, columns_are_rings_where_height_and_width_are_exchanged) {
+TEST(DecodeCloud, columns_are_rings_if_height_and_width_are_swapped) {
   PackedCloud cloud = pack_cloud(vlp16_scan(kStamp, 200), "", CloudStyle::kXyzi);
   cloud.view.height = 200;
   cloud.view.width = 16;
@@ -237,7 +237,7 @@ TEST(DecodeCloud, the_stronger_or_the_farther_of_two_returns_is_kept) {
   EXPECT_NE(decided(cloud.view, options).summary.find("the farther of two"), std::string::npos);
 }
 
-TEST(DecodeCloud, a_return_that_no_field_names_is_reported) {
+TEST(DecodeCloud, a_configured_return_without_a_return_field_is_reported) {
   const PackedCloud cloud = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kVelodyne);
   CloudFormatOptions options;
   options.returns = Returns::kLast;
@@ -275,7 +275,7 @@ TEST(DecodeCloud, contradictory_layouts_are_refused_with_their_numbers) {
   EXPECT_EQ(error_of([](CloudView& c) { c.row_step = 7; }), "");  // stale but unused in one row
 }
 
-TEST(DecodeCloud, fields_that_do_not_fit_the_point_are_not_used) {
+TEST(DecodeCloud, fields_beyond_the_point_size_are_ignored) {
   PackedCloud cloud = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kVelodyne);
   cloud.view.fields[5].offset = 19;  // time would extend into the next point
   cloud.view.fields[4].type = static_cast<FieldType>(9);
@@ -305,7 +305,7 @@ TEST(DecodeCloud, an_empty_cloud_gives_an_empty_scan_at_its_stamp) {
   EXPECT_EQ(scan.t_end, kStamp);
 }
 
-TEST(DecodeCloud, rings_stay_below_their_number) {
+TEST(DecodeCloud, ring_numbers_are_clamped_to_the_number_of_rings) {
   PackedCloud cloud = pack_cloud(vlp16_scan(kStamp), "", CloudStyle::kVelodyne);
   const CloudFormat format = decided(cloud.view);
   put(cloud.data, 16, std::uint16_t{65'535});

@@ -21,7 +21,7 @@ std::uint32_t u32_at(const Bytes& bytes, std::size_t at) {
   return value;
 }
 
-TEST(EncodeNav, an_odometry_lies_as_ros_2_reads_it) {
+TEST(EncodeNav, odometry_has_the_byte_layout_of_ros_2) {
   Odometry odometry;
   odometry.stamp = Time::from_ns(1'500'000'000);
   odometry.frame_id = "odo";        // with its zero 4 bytes
@@ -42,7 +42,7 @@ TEST(EncodeNav, an_odometry_lies_as_ros_2_reads_it) {
   EXPECT_EQ(double_at(bytes, kTwist), 4.0);
 }
 
-TEST(EncodeNav, an_odometry_comes_back_as_it_was_written) {
+TEST(EncodeNav, odometry_survives_a_round_trip) {
   Odometry odometry;
   odometry.stamp = Time::from_ns(1'500'000'000);
   odometry.frame_id = "v1/odom";
@@ -66,7 +66,7 @@ TEST(EncodeNav, an_odometry_comes_back_as_it_was_written) {
   }
 }
 
-TEST(EncodeNav, a_grid_lies_as_ros_2_reads_it) {
+TEST(EncodeNav, occupancy_grid_has_the_byte_layout_of_ros_2) {
   GridMessage grid;
   grid.frame_id = "map";
   grid.cell_m = 0.2F;

@@ -17,7 +17,7 @@ GoalStatusArray two_goals() {
   return status;
 }
 
-TEST(GoalStatus, HasTheBytesOfTheMessageDefinition) {
+TEST(GoalStatus, has_the_byte_layout_of_the_message_definition) {
   GoalStatusArray one;
   one.goals.resize(1);
   one.goals[0].goal_id = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
@@ -36,7 +36,7 @@ TEST(GoalStatus, HasTheBytesOfTheMessageDefinition) {
   }
 }
 
-TEST(GoalStatus, ComesBackAsItWasWritten) {
+TEST(GoalStatus, survives_a_round_trip) {
   const GoalStatusArray status = two_goals();
   const auto read = decode_goal_status(encode(status));
   ASSERT_TRUE(read) << read.error().message();
@@ -48,14 +48,14 @@ TEST(GoalStatus, ComesBackAsItWasWritten) {
   }
 }
 
-TEST(GoalStatus, CutBytesAreRefusedWhereverTheyEnd) {
+TEST(GoalStatus, truncated_at_any_byte_is_refused) {
   const Bytes whole = encode(two_goals());
   for (std::size_t size = 0; size < whole.size(); ++size) {
     EXPECT_FALSE(decode_goal_status(std::span(whole).first(size))) << size << " bytes";
   }
 }
 
-TEST(GoalStatus, AStateOfANewerStackIsUnknown) {
+TEST(GoalStatus, undefined_state_values_are_decoded_as_unknown) {
   Bytes bytes = encode(two_goals());
   bytes.back() = std::byte{42};
   const auto read = decode_goal_status(bytes);

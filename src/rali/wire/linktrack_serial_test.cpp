@@ -107,7 +107,7 @@ TEST(LinktrackSerial, reads_the_fields_of_each_frame) {
 }
 
 // A serial port delivers bytes as they come: a read may end anywhere in a frame.
-TEST(LinktrackSerial, frames_cut_anywhere_are_put_together) {
+TEST(LinktrackSerial, frames_split_across_reads_are_reassembled) {
   Frame bytes = nodeframe2();
   append(bytes, tagframe0());
   append(bytes, nodeframe5());
@@ -123,7 +123,7 @@ TEST(LinktrackSerial, frames_cut_anywhere_are_put_together) {
   }
 }
 
-TEST(LinktrackSerial, damage_costs_no_frame_but_its_own) {
+TEST(LinktrackSerial, a_damaged_frame_does_not_affect_the_following_frames) {
   Frame damaged = nodeframe2();
   damaged[130] ^= std::byte{1};
   Frame bytes(3, std::byte{0x55});  // the tail of a frame that started earlier
@@ -142,7 +142,7 @@ TEST(LinktrackSerial, damage_costs_no_frame_but_its_own) {
   EXPECT_EQ(stream.tally().bytes_skipped, 3U + damaged.size() + 60U);
 }
 
-TEST(LinktrackSerial, waits_for_no_frame_that_cannot_be) {
+TEST(LinktrackSerial, does_not_wait_for_a_frame_with_an_invalid_length) {
   Frame bytes = {std::byte{0x55}, std::byte{0x04}, std::byte{0xff}, std::byte{0xff}};
   append(bytes, nodeframe2());  // its bytes show that the length above is wrong
   LinktrackStream stream;

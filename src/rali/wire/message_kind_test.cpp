@@ -7,7 +7,7 @@
 namespace rali::wire {
 namespace {
 
-TEST(MessageKind, knows_types_by_their_ros1_ros2_and_dds_names) {
+TEST(MessageKind, recognises_types_by_their_ros1_ros2_and_dds_names) {
   for (const char* name : {"sensor_msgs/PointCloud2", "sensor_msgs/msg/PointCloud2",
                            "sensor_msgs::msg::dds_::PointCloud2_"}) {
     EXPECT_EQ(message_kind(name), MessageKind::kPointCloud2) << name;
@@ -23,14 +23,14 @@ TEST(MessageKind, knows_types_by_their_ros1_ros2_and_dds_names) {
   EXPECT_EQ(message_kind("rali_msgs/msg/Range"), MessageKind::kRaliRange);
 }
 
-TEST(MessageKind, rubbish_names_are_other) {
+TEST(MessageKind, invalid_type_names_have_kind_other) {
   for (const char* name : {"", "/", "PointCloud2", "CustomMsg", "sensor_msgs/", "/PointCloud2",
                            "sensor_msgs/PointCloud22", "foo/LinktrackNodeframe9"}) {
     EXPECT_EQ(message_kind(name), MessageKind::kOther) << name;
   }
 }
 
-TEST(MessageKind, raw_packets_come_with_the_sentence_what_to_do) {
+TEST(MessageKind, raw_packet_types_come_with_advice) {
   for (const char* name :
        {"velodyne_msgs/msg/VelodyneScan", "pandar_msgs/msg/PandarScan", "ouster_ros/PacketMsg",
         "rslidar_msg/msg/RslidarPacket", "nebula_msgs/msg/NebulaPackets"}) {
@@ -43,7 +43,7 @@ TEST(MessageKind, raw_packets_come_with_the_sentence_what_to_do) {
   EXPECT_FALSE(is_packets(MessageKind::kOther));
 }
 
-TEST(MessageKind, type_names_change_between_the_worlds) {
+TEST(MessageKind, type_names_convert_between_ros1_and_ros2) {
   EXPECT_EQ(ros2_type_name("sensor_msgs/Imu"), "sensor_msgs/msg/Imu");
   EXPECT_EQ(ros2_type_name("sensor_msgs/msg/Imu"), "sensor_msgs/msg/Imu");
   EXPECT_EQ(ros1_type_name("sensor_msgs/msg/Imu"), "sensor_msgs/Imu");
@@ -68,7 +68,7 @@ TEST(Definitions, contain_every_message_once_with_separators) {
   EXPECT_EQ(ros1.find("builtin_interfaces"), std::string::npos);
 }
 
-TEST(Definitions, exist_for_all_that_is_written_and_nothing_else) {
+TEST(Definitions, exist_for_every_written_type_and_not_for_others) {
   for (const char* type : {"sensor_msgs/PointCloud2", "sensor_msgs/Imu", "tf2_msgs/TFMessage",
                            "geometry_msgs/PoseStamped", "nav_msgs/Path", "nav_msgs/Odometry",
                            "nav_msgs/OccupancyGrid", "diagnostic_msgs/DiagnosticArray",

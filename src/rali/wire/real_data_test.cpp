@@ -49,7 +49,7 @@ std::vector<std::span<const std::byte>> mcap_messages(std::span<const std::byte>
   return found;
 }
 
-TEST(RealData, converted_kitti_mcap_is_read_as_its_readme_says) {
+TEST(RealData, converted_kitti_mcap_matches_its_readme) {
   const auto path = data_dir() / "recordings/converted_pointcloud2/kitti16_3scans_nochunk.mcap";
   SKIP_WITHOUT(path);
   const std::vector<std::byte> file = read_file(path);
@@ -101,7 +101,7 @@ Pcd vlp16_pcd() {
   return pcd;
 }
 
-TEST(RealData, a_vlp16_cloud_whose_times_begin_anew_in_each_packet_is_timed_by_azimuth) {
+TEST(RealData, vlp16_times_that_restart_in_each_packet_are_replaced_by_azimuth) {
   const auto path = data_dir() / "clouds/vlp16_binary.pcd";
   SKIP_WITHOUT(path);
   const Pcd pcd = vlp16_pcd();
@@ -125,7 +125,7 @@ TEST(RealData, a_vlp16_cloud_whose_times_begin_anew_in_each_packet_is_timed_by_a
   EXPECT_LT(back, scan.size() / 100);
 }
 
-TEST(RealData, rings_of_a_vlp16_are_rebuilt_from_elevation_though_one_ring_saw_nothing) {
+TEST(RealData, rings_of_a_vlp16_with_an_empty_ring_are_rebuilt_from_elevation) {
   const auto path = data_dir() / "clouds/vlp16_binary.pcd";
   SKIP_WITHOUT(path);
   Pcd pcd = vlp16_pcd();
@@ -165,7 +165,7 @@ std::vector<float> beams_of(const std::filesystem::path& path) {
   return beams_deg;
 }
 
-TEST(RealData, ousters_are_known_by_the_beams_of_real_units) {
+TEST(RealData, ouster_models_are_identified_from_beam_angles_of_real_units) {
   const auto dir = data_dir() / "recordings/ouster";
   SKIP_WITHOUT(dir);
   const std::pair<const char*, const char*> units[] = {
@@ -183,7 +183,7 @@ TEST(RealData, ousters_are_known_by_the_beams_of_real_units) {
   }
 }
 
-TEST(RealData, kitti_bin_clouds_are_timed_by_azimuth_and_ringed_by_elevation) {
+TEST(RealData, kitti_bin_clouds_get_times_from_azimuth_and_rings_from_elevation) {
   const auto dir = data_dir() / "kitti_0005/scans64_full";
   SKIP_WITHOUT(dir);
   std::vector<std::filesystem::path> files;

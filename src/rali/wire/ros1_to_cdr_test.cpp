@@ -25,7 +25,7 @@ Bytes converted(std::string_view type, const Bytes& message) {
   return converted(type, message_definition(type, Encoding::kRos1), message);
 }
 
-TEST(Ros1ToCdr, pads_terminates_and_keeps_every_field) {
+TEST(Ros1ToCdr, adds_padding_and_string_terminators_and_keeps_every_field) {
   ByteWriter in(Encoding::kRos1), out(Encoding::kCdr);
   in.put(std::uint8_t{7});
   in.put(2.5);
@@ -67,7 +67,7 @@ TEST(Ros1ToCdr, pads_terminates_and_keeps_every_field) {
   EXPECT_EQ(cdr, out.take());
 }
 
-TEST(Ros1ToCdr, finds_messages_by_package_and_drops_the_sequence_number) {
+TEST(Ros1ToCdr, resolves_nested_types_by_package_and_drops_header_seq) {
   ByteWriter in(Encoding::kRos1), out(Encoding::kCdr);
   in.put(std::uint32_t{77});  // seq
   in.time(kT);
@@ -95,7 +95,7 @@ TEST(Ros1ToCdr, finds_messages_by_package_and_drops_the_sequence_number) {
   EXPECT_EQ(cdr, out.take());
 }
 
-TEST(Ros1ToCdr, is_what_the_encoders_write) {
+TEST(Ros1ToCdr, gives_the_same_bytes_as_the_cdr_encoder) {
   LivoxCustom livox;
   livox.stamp = kT;
   livox.frame_id = "livox_frame";
@@ -125,11 +125,11 @@ TEST(Ros1ToCdr, is_what_the_encoders_write) {
             encode(tf, Encoding::kCdr));
 }
 
-TEST(Ros1ToCdr, an_empty_message_gets_the_byte_that_ros_2_gives_it) {
+TEST(Ros1ToCdr, an_empty_message_gets_the_dummy_byte_of_ros_2) {
   EXPECT_EQ(converted("std_msgs/Empty", "", {}).size(), 4U + 1U);
 }
 
-TEST(Ros1ToCdr, a_message_cut_anywhere_is_refused) {
+TEST(Ros1ToCdr, a_truncated_message_is_refused) {
   RangeMessage range;
   range.from = "v1";
   const Bytes whole = encode(range, Encoding::kRos1);
@@ -148,7 +148,7 @@ TEST(Ros1ToCdr, a_length_beyond_the_message_is_refused) {
   EXPECT_FALSE(conversion->convert(Bytes(4, std::byte{0xFF})));
 }
 
-TEST(Ros1ToCdr, definitions_that_cannot_be_are_refused) {
+TEST(Ros1ToCdr, invalid_definitions_are_refused) {
   for (const char* text :
        {"Missing a", "uint8", "uint8[x] a", "uint8[99999999999] a", "p/A itself",
         "B b\n====\nMSG: p/B\nA a", "B[] b\n====\nMSG: p/B\n# nothing", "uint8[-1] a"}) {

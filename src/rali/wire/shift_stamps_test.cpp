@@ -15,7 +15,7 @@ bool shift(MessageKind kind, Bytes& message, Duration by = kShift) {
   return shift_stamps(kind, "", by, message);
 }
 
-TEST(ShiftStamps, headers_move_and_all_else_stays) {
+TEST(ShiftStamps, shifts_only_header_stamps) {
   for (const bool big_endian : {false, true}) {
     RangeMessage range;
     range.stamp = kT;
@@ -31,7 +31,7 @@ TEST(ShiftStamps, headers_move_and_all_else_stays) {
   }
 }
 
-TEST(ShiftStamps, the_time_base_of_livox_moves_too) {
+TEST(ShiftStamps, shifts_the_time_base_of_livox) {
   LivoxCustom livox;
   livox.stamp = kT;
   livox.frame_id = "lidar";
@@ -44,7 +44,7 @@ TEST(ShiftStamps, the_time_base_of_livox_moves_too) {
   EXPECT_EQ(message, encode(livox, Encoding::kCdr));
 }
 
-TEST(ShiftStamps, every_transform_moves) {
+TEST(ShiftStamps, shifts_every_transform) {
   TfMessage tf;
   tf.transforms = {{kT, "a", "b", {}}, {kT, "odd", "length", {}}};
   Bytes message = encode(tf, Encoding::kCdr);
@@ -53,7 +53,7 @@ TEST(ShiftStamps, every_transform_moves) {
   EXPECT_EQ(message, encode(tf, Encoding::kCdr));
 }
 
-TEST(ShiftStamps, what_is_cut_or_has_no_stamp_is_not_changed) {
+TEST(ShiftStamps, does_not_change_truncated_messages_or_messages_without_stamp) {
   TfMessage tf;
   tf.transforms = {{kT, "a", "b", {}}};
   const Bytes whole = encode(tf, Encoding::kCdr);

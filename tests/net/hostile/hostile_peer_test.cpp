@@ -177,7 +177,7 @@ void attack_once(std::uint64_t seed) {
   EXPECT_LT(resident_mib() - before_mib, 64.0);
 }
 
-TEST(HostilePeer, without_the_key_changes_no_role_no_table_and_no_fact) {
+TEST(HostilePeer, without_the_key_changes_no_role_map_pose_or_fact) {
   for (int k = 0; k < attacks() && !HasFatalFailure() && !IsSkipped(); ++k) {
     attack_once(static_cast<std::uint64_t>(7 + k));
   }

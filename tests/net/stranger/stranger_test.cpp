@@ -90,7 +90,7 @@ class Stranger : public ::testing::TestWithParam<bool> {
   int publication_ = 0;
 };
 
-TEST_P(Stranger, clouds_of_more_than_a_megabyte_pass_in_both_directions) {
+TEST_P(Stranger, exchanges_clouds_of_more_than_1_mb_in_both_directions) {
   int to_us = 0, to_peer = 0;
   constexpr int kClouds = 10;
   for (std::uint8_t i = 0; i < kClouds; ++i) {
@@ -108,7 +108,7 @@ TEST_P(Stranger, clouds_of_more_than_a_megabyte_pass_in_both_directions) {
               to_peer);
 }
 
-TEST_P(Stranger, its_topic_is_listed_with_the_type_of_ros_2) {
+TEST_P(Stranger, topic_is_listed_with_its_ros_2_type) {
   const auto topics = bus_->published();
   ASSERT_EQ(topics.size(), 1U);
   EXPECT_EQ(topics[0].name, kCloud.name);
@@ -116,7 +116,7 @@ TEST_P(Stranger, its_topic_is_listed_with_the_type_of_ros_2) {
   EXPECT_EQ(topics[0].qos.reliable, GetParam());
 }
 
-TEST_P(Stranger, a_cut_sample_of_it_stops_nothing) {
+TEST_P(Stranger, truncated_samples_do_not_block_later_ones) {
   EXPECT_TRUE(peer_->write(Bytes{0, 1, 0, 0}));
   EXPECT_TRUE(peer_->write(cloud(100, 1)));
   EXPECT_TRUE(is_taken_by_us(cloud(100, 1)));

@@ -24,7 +24,7 @@ TEST(ConvertCommand, refuses_to_overwrite_unless_asked) {
   EXPECT_NE(folder.read("b.kitti"), "mine");
 }
 
-TEST(ConvertCommand, refuses_one_file_as_both) {
+TEST(ConvertCommand, refuses_one_file_as_input_and_output) {
   const io::TestFolder folder;
   const std::string in = folder.write("a.tum", kTum);
   const Outcome refused = run_rali({"convert", in, in, "--overwrite"});
@@ -33,7 +33,7 @@ TEST(ConvertCommand, refuses_one_file_as_both) {
   EXPECT_EQ(folder.read("a.tum"), kTum);
 }
 
-TEST(ConvertCommand, needs_two_names) {
+TEST(ConvertCommand, needs_input_and_output) {
   EXPECT_EQ(run_rali({"convert", "a.tum"}).code, kExitNotStarted);
 }
 

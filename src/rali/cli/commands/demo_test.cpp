@@ -17,7 +17,7 @@ Outcome short_demo(const std::string& folder) {
       {"demo", "-o", folder, "--duration", "1.5", "--pedestrians", "0", "--threads", "1"});
 }
 
-TEST(Demo, leaves_recording_both_results_report_with_the_truth_and_picture) {
+TEST(Demo, writes_recording_both_results_reports_and_picture) {
   const io::TestFolder folder;
   const std::string demo = folder.path("d");
   const Outcome run = short_demo(demo);
@@ -45,7 +45,7 @@ TEST(Demo, leaves_recording_both_results_report_with_the_truth_and_picture) {
   EXPECT_NE(folder.read("d/out/status.json").find("\"report.html\""), std::string::npos);
 }
 
-TEST(Demo, of_another_scene_maps_it_once) {
+TEST(Demo, of_a_scene_other_than_the_default_maps_it_once) {
   const io::TestFolder folder;
   const std::string demo = folder.path("d");
   const Outcome run = run_rali({"demo", "-o", demo, "--scene", "loop", "--duration", "1.5",
@@ -56,7 +56,7 @@ TEST(Demo, of_another_scene_maps_it_once) {
   EXPECT_FALSE(folder.read("d/map.png").empty());
 }
 
-TEST(Demo, runs_again_over_what_it_left) {
+TEST(Demo, can_be_repeated_in_the_same_folder) {
   const io::TestFolder folder;
   const int code = short_demo(folder.path("d")).code;
   const std::string first = folder.read("d/out/trajectory/v2.tum");
@@ -65,7 +65,7 @@ TEST(Demo, runs_again_over_what_it_left) {
   EXPECT_EQ(first, folder.read("d/out/trajectory/v2.tum"));
 }
 
-TEST(Demo, does_not_touch_a_folder_it_has_not_made) {
+TEST(Demo, does_not_change_a_folder_that_it_did_not_create) {
   const io::TestFolder folder;
   std::filesystem::create_directories(folder.path("d/recording"));
   const std::string mine = folder.write("d/recording/v1.mcap", "mine");
@@ -74,7 +74,7 @@ TEST(Demo, does_not_touch_a_folder_it_has_not_made) {
   EXPECT_EQ(folder.read("d/recording/v1.mcap"), "mine");
 }
 
-TEST(Demo, refuses_numbers_that_are_none) {
+TEST(Demo, refuses_invalid_numbers) {
   const io::TestFolder folder;
   for (const char* option : {"--seed", "--duration", "--pedestrians", "--threads"}) {
     for (const char* value : {"-1", "nan", "many"}) {
@@ -86,7 +86,7 @@ TEST(Demo, refuses_numbers_that_are_none) {
   EXPECT_EQ(folder.files(), 0U);
 }
 
-TEST(MapWithTruth, says_when_the_truth_is_of_another_time_and_keeps_the_map) {
+TEST(MapWithTruth, reports_ground_truth_without_common_time_and_keeps_the_map) {
   const io::TestFolder folder;
   ASSERT_EQ(run_rali({"simulate", "loop", "-o", folder.path("s"), "--duration", "1", "-q"}).code,
             0);
@@ -107,7 +107,7 @@ TEST(MapWithTruth, says_when_the_truth_is_of_another_time_and_keeps_the_map) {
   EXPECT_FALSE(std::filesystem::exists(folder.path("o2")));
 }
 
-TEST(EvaluateRun, renews_the_report_of_the_run) {
+TEST(EvaluateRun, updates_the_report_of_the_run) {
   const io::TestFolder folder;
   ASSERT_EQ(run_rali({"simulate", "loop", "-o", folder.path("s"), "--duration", "1", "-q"}).code,
             0);

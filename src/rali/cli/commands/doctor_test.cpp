@@ -33,7 +33,7 @@ void write_scans(const io::TestFolder& folder, const std::string& dir) {
   }
 }
 
-TEST(DoctorCommand, looks_at_every_recording_and_at_the_ranges_of_a_fleet) {
+TEST(DoctorCommand, examines_every_recording_and_the_ranges_of_a_fleet) {
   const io::TestFolder f;
   hall(f, "a.bag");
   hall(f, "b.bag");
@@ -76,7 +76,7 @@ void expect_same_refusal(const io::TestFolder& f, const std::string& name, const
   EXPECT_NE(doctor.err.find(word), std::string::npos) << doctor.err;
 }
 
-TEST(DoctorCommand, refuses_of_a_fleet_what_map_refuses) {
+TEST(DoctorCommand, refuses_the_same_fleet_files_as_map) {
   const io::TestFolder f;
   hall(f, "a.bag");
   f.write("port.log", "x");
@@ -92,7 +92,7 @@ TEST(DoctorCommand, refuses_of_a_fleet_what_map_refuses) {
   expect_same_refusal(f, "none.yaml", "vehicles: {v1: {recording: none.bag}}\n", "none.bag");
 }
 
-TEST(DoctorCommand, a_topic_of_ranges_that_no_recording_has_is_reported_as_map_reports_it) {
+TEST(DoctorCommand, warns_of_a_range_topic_that_no_recording_has) {
   const io::TestFolder f;
   drive::test::HallRecording recording;
   recording.duration_s = 2.0;
@@ -124,7 +124,7 @@ std::string refusal(const io::TestFolder& f, const std::string& input) {
   return fmt::format("{} {}", map.code, map.err);
 }
 
-TEST(Commands, refuse_the_same_inputs_with_the_same_sentence) {
+TEST(Commands, refuse_the_same_inputs_with_the_same_message) {
   const io::TestFolder f;
   std::filesystem::create_symlink(f.path("loop.bag"), f.path("loop.bag"));
   write_scans(f, "mixed");

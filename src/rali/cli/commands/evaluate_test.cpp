@@ -35,7 +35,7 @@ TEST(Evaluate, two_trajectories_give_a_table_and_exit_code_0) {
   EXPECT_EQ(f.files(), 2U);  // nothing is written next to the input
 }
 
-TEST(Evaluate, a_broken_limit_is_named_and_gives_exit_code_1) {
+TEST(Evaluate, a_violated_limit_is_named_and_gives_exit_code_1) {
   const io::TestFolder f;
   const std::string est = f.write("est.tum", path(0.3)), ref = f.write("ref.tum", path(0.0));
   EXPECT_EQ(evaluate({est, ref, "--limit", "ape_max_m=0.5"}).code, kExitDone);
@@ -46,14 +46,14 @@ TEST(Evaluate, a_broken_limit_is_named_and_gives_exit_code_1) {
   EXPECT_EQ(run.err.find("est:ape_rmse_m"), std::string::npos);
 }
 
-TEST(Evaluate, a_limit_of_the_old_name_is_checked_with_a_notice) {
+TEST(Evaluate, a_limit_with_an_old_name_is_checked_with_a_notice) {
   const io::TestFolder f;
   const std::string est = f.write("est.tum", path(0.0));
   const Outcome run = evaluate({est, est, "--limit", "along_blind_rmse_m=1"});
   EXPECT_NE(run.err.find("the name is now along_degenerate_rmse_m."), std::string::npos) << run.err;
 }
 
-TEST(Evaluate, a_folder_gets_its_files_and_json_is_one_document) {
+TEST(Evaluate, writes_its_files_into_the_folder_and_prints_one_json_document) {
   const io::TestFolder f;
   std::filesystem::create_directories(f.path("out/trajectory"));
   std::filesystem::create_directories(f.path("truth"));
@@ -65,7 +65,7 @@ TEST(Evaluate, a_folder_gets_its_files_and_json_is_one_document) {
   EXPECT_TRUE(f.read("out/errors/v1.csv").starts_with("stamp_s,ape_m"));
 }
 
-TEST(Evaluate, unfit_input_and_words_give_exit_code_2) {
+TEST(Evaluate, invalid_input_and_options_give_exit_code_2) {
   const io::TestFolder f;
   const std::string est = f.write("est.tum", path(0.0)),
                     late = f.write("late.tum", path(0.0, 4000));

@@ -37,26 +37,26 @@ TEST_F(LiveCommands, status_prints_the_fleet) {
   EXPECT_NE(run.out.find("v1       -     explore"), std::string::npos) << run.out;
 }
 
-TEST_F(LiveCommands, status_ends_with_1_while_the_anchor_is_lost) {
+TEST_F(LiveCommands, status_exits_with_1_while_the_anchor_is_lost) {
   publish(R"({"schema":1,"vehicle":"v1","anchor":{"lost":{"vehicle":"v2"}}})");
   const Outcome run = run_rali({"status", url});
   EXPECT_EQ(run.code, 1);
   EXPECT_NE(run.out.find("ANCHOR LOST: v2"), std::string::npos) << run.out;
 }
 
-TEST_F(LiveCommands, status_gives_the_state_itself_as_json) {
+TEST_F(LiveCommands, status_prints_the_published_state_as_json) {
   const std::string state = R"({"schema":1,"vehicle":"v1"})";
   publish(state);
   EXPECT_EQ(run_rali({"status", url, "--json"}).out, state + '\n');
 }
 
-TEST_F(LiveCommands, status_says_that_there_is_no_state_yet) {
+TEST_F(LiveCommands, status_reports_that_there_is_no_state_yet) {
   const Outcome run = run_rali({"status", url});
   EXPECT_EQ(run.code, 2);
   EXPECT_EQ(run.err, "rali: error: " + url + ": There is no state yet.\n");
 }
 
-TEST_F(LiveCommands, operator_hands_an_order_to_the_vehicle) {
+TEST_F(LiveCommands, operator_sends_commands_to_the_vehicle) {
   EXPECT_EQ(run_rali({"operator", "assume-lost", "v2", url}).code, 0);
   EXPECT_EQ(run_rali({"operator", "end-round", url}).code, 0);
   const auto orders = server->take_requests();
@@ -66,7 +66,7 @@ TEST_F(LiveCommands, operator_hands_an_order_to_the_vehicle) {
   EXPECT_EQ(orders[1].command, "end-round");
 }
 
-TEST_F(LiveCommands, operator_refuses_words_that_are_no_order) {
+TEST_F(LiveCommands, operator_refuses_invalid_commands) {
   const std::vector<std::vector<std::string>> wrong = {
       {"stop"}, {"assume-lost"}, {"assume-lost", url}, {"finish", url, "now"}, {}};
   for (const auto& words : wrong) {
@@ -79,7 +79,7 @@ TEST_F(LiveCommands, operator_refuses_words_that_are_no_order) {
   EXPECT_TRUE(server->take_requests().empty());
 }
 
-TEST_F(LiveCommands, an_address_where_nobody_answers_is_named_with_what_to_do) {
+TEST_F(LiveCommands, an_address_without_a_vehicle_is_named_in_the_error) {
   server.reset();
   for (const char* command : {"status", "view"}) {
     const Outcome run = run_rali({command, url});
@@ -88,14 +88,14 @@ TEST_F(LiveCommands, an_address_where_nobody_answers_is_named_with_what_to_do) {
   }
 }
 
-TEST_F(LiveCommands, view_of_an_address_states_that_the_vehicle_answers) {
+TEST_F(LiveCommands, view_of_an_address_prints_the_url_of_the_vehicle) {
   publish(R"({"schema":1,"vehicle":"v1"})");
   const Outcome run = run_rali({"view", url});
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(run.out, url + '\n');
 }
 
-TEST_F(LiveCommands, view_of_a_folder_without_results_says_what_it_wants) {
+TEST_F(LiveCommands, view_of_a_folder_without_results_asks_for_an_output_folder) {
   const Outcome run = run_rali({"view", RALI_SOURCE_DIR});
   EXPECT_EQ(run.code, 2);
   EXPECT_NE(run.err.find("Give the output folder of rali map."), std::string::npos) << run.err;

@@ -43,7 +43,7 @@ void write_bag(const std::string& path) {
   ASSERT_TRUE(sink.commit());
 }
 
-TEST(PlayCommand, a_bag_of_ros_1_is_heard_on_the_network_as_ros_2) {
+TEST(PlayCommand, a_ros_1_bag_is_received_on_the_network_as_ros_2) {
   const io::TestFolder folder;
   const std::string bag = folder.path("run.bag");
   write_bag(bag);

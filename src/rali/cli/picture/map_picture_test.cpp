@@ -68,7 +68,7 @@ MapPicture wall(double end_m = 20.0) {
   return picture;
 }
 
-TEST(HeightLayers, a_wall_is_strong_and_a_floor_below_a_ceiling_is_not) {
+TEST(HeightLayers, a_wall_has_high_strength_and_a_floor_with_ceiling_low) {
   HeightLayers layers(3, 1, 0.0, 3.0);
   for (double z = 0.0; z < 3.0; z += 0.05) layers.add(0, 0, z);
   layers.add(1, 0, 0.02);
@@ -80,7 +80,7 @@ TEST(HeightLayers, a_wall_is_strong_and_a_floor_below_a_ceiling_is_not) {
   EXPECT_EQ(layers.strength(2, 0), 0.0);
 }
 
-TEST(HeightLayers, strays_do_no_harm) {
+TEST(HeightLayers, outlier_points_are_ignored_or_clamped) {
   HeightLayers layers(2, 2, 0.0, 0.0);
   layers.add(-1, 0, 0.0);
   layers.add(2, 0, 0.0);
@@ -126,7 +126,7 @@ std::array<double, 3> seen(Colour colour, const Matrix& vision) {
   return lab_of(out);
 }
 
-TEST(Colours, of_truth_and_trajectories_differ_for_eyes_without_red_or_green) {
+TEST(Colours, of_truth_and_trajectories_differ_with_colour_blindness) {
   std::vector<Colour> colours{kTruthColour};
   for (std::size_t i = 0; i < kTrajectoryColours; ++i) colours.push_back(trajectory_colour(i));
   for (const Matrix& vision : {kSeesAll, kNoRed, kNoGreen}) {
@@ -139,7 +139,7 @@ TEST(Colours, of_truth_and_trajectories_differ_for_eyes_without_red_or_green) {
   }
 }
 
-TEST(Colours, of_heights_darken_upwards) {
+TEST(Colours, of_heights_get_darker_with_height) {
   for (int i = 0; i < 50; ++i) {
     EXPECT_GT(seen(height_colour(i / 50.0), kSeesAll)[0],
               seen(height_colour((i + 1) / 50.0), kSeesAll)[0] + 0.2);
@@ -147,7 +147,7 @@ TEST(Colours, of_heights_darken_upwards) {
   EXPECT_EQ(height_colour(std::nan("")).r, height_colour(0.0).r);
 }
 
-TEST(Layout, a_tunnel_600_m_long_and_3_m_wide_is_cut_into_strips) {
+TEST(Layout, a_600_m_long_3_m_wide_tunnel_is_split_into_strips) {
   const Layout one = choose_layout({600.0, {300.0}, 20.0}, 500.0);
   EXPECT_EQ(one.strips, 1U);
   const Layout cut = choose_layout({600.0, {3.0}, 20.0}, 500.0);
@@ -156,12 +156,12 @@ TEST(Layout, a_tunnel_600_m_long_and_3_m_wide_is_cut_into_strips) {
   EXPECT_LE(600.0 * cut.pt_per_m / static_cast<double>(cut.strips), 500.0);
 }
 
-TEST(Layout, square_maps_stand_side_by_side_and_long_ones_below_each_other) {
+TEST(Layout, square_maps_are_side_by_side_and_long_maps_are_stacked) {
   EXPECT_EQ(choose_layout({50.0, {50.0, 50.0}, 20.0}, 500.0).columns, 2U);
   EXPECT_EQ(choose_layout({150.0, {10.0, 10.0}, 20.0}, 500.0).columns, 1U);
 }
 
-TEST(Layout, scale_bars_are_round) {
+TEST(Layout, scale_bar_lengths_are_round_numbers) {
   EXPECT_EQ(scale_bar_m(7.3), 5.0);
   EXPECT_EQ(scale_bar_m(49.0), 20.0);
   EXPECT_EQ(scale_bar_m(1.0), 1.0);
@@ -177,7 +177,7 @@ TEST(Layout, texts_are_wrapped_and_long_words_shortened) {
   EXPECT_TRUE(wrapped("", 5.0, count).empty());
 }
 
-TEST(Legend, items_never_overlap_nor_leave_the_sheet) {
+TEST(Legend, items_neither_overlap_nor_leave_the_page) {
   MapPicture picture = wall();
   picture.trajectories.clear();
   picture.trajectories.push_back({"truth", true, {{0, 0, 0}}});
@@ -204,7 +204,7 @@ TEST(Legend, items_never_overlap_nor_leave_the_sheet) {
   }
 }
 
-TEST(MapPicture, is_as_wide_as_asked_and_lays_the_long_side_across) {
+TEST(MapPicture, has_the_requested_width_and_a_horizontal_long_side) {
   const auto png = draw_maps({wall()}, {"", kOneColumn_mm, PictureFormat::kPng});
   ASSERT_TRUE(png);
   const Pixels image = pixels_of(*png);
@@ -219,7 +219,7 @@ TEST(MapPicture, is_as_wide_as_asked_and_lays_the_long_side_across) {
   EXPECT_GT(turned.width, turned.height);
 }
 
-TEST(MapPicture, panels_have_one_scale) {
+TEST(MapPicture, panels_share_one_scale) {
   const Pixels image = pixels_of(*draw_maps({wall(), wall(10.0)}, {}));
   const Colour colour = trajectory_colour(0);
   const std::uint32_t half = image.height / 2;
@@ -229,7 +229,7 @@ TEST(MapPicture, panels_have_one_scale) {
   EXPECT_NEAR(whole, 2.0 * part, 40.0) << "20 m above, 10 m below";
 }
 
-TEST(MapPicture, the_truth_is_grey_on_both_sides_of_the_trajectory) {
+TEST(MapPicture, ground_truth_is_visible_on_both_sides_of_the_trajectory) {
   MapPicture picture = wall();
   picture.trajectories.push_back({"truth", true, picture.trajectories[0].points_map_m});
   const Pixels image = pixels_of(*draw_maps({picture}, {}));
@@ -262,7 +262,7 @@ TEST(MapPicture, the_same_input_gives_the_same_bytes_in_every_format) {
             std::string::npos);
 }
 
-TEST(MapPicture, stays_small_for_points_without_end_and_refuses_none) {
+TEST(MapPicture, stays_small_with_huge_or_nan_points_and_refuses_empty_maps) {
   MapPicture picture = wall();
   picture.x_m[5] = 1e30F;
   picture.y_m[9] = std::numeric_limits<float>::infinity();
@@ -277,7 +277,7 @@ TEST(MapPicture, stays_small_for_points_without_end_and_refuses_none) {
   EXPECT_FALSE(draw_maps({wall()}, {"", std::nan(""), PictureFormat::kPng}));
 }
 
-TEST(MapPicture, texts_hold_nothing_that_cairo_refuses) {
+TEST(MapPicture, invalid_characters_in_texts_are_replaced_before_drawing) {
   EXPECT_EQ(drawable("tunnel \xC3\xA9 \xE2\x82\xAC"), "tunnel \xC3\xA9 \xE2\x82\xAC");
   EXPECT_EQ(drawable("a\xFF\xC3(\x1B[0m\xED\xA0\x80"), std::string("a?") + "?(?[0m???");
   EXPECT_EQ(missing_font(), "") << "packages.txt installs fonts-dejavu-core";
@@ -296,7 +296,7 @@ std::string small_run(const io::TestFolder& folder) {
   return folder.path("run");
 }
 
-TEST(MapPicture, caption_of_a_run_without_truth_gives_distances_and_who_stands) {
+TEST(MapPicture, caption_without_truth_gives_distances_travelled_and_standing_vehicles) {
   const io::TestFolder folder;
   const auto picture = picture_of_folder(small_run(folder));
   ASSERT_TRUE(picture) << picture.error().message();
@@ -309,7 +309,7 @@ TEST(MapPicture, a_folder_without_a_map_is_refused_by_name) {
   EXPECT_NE(picture.error().message().find("/there/is/none/map.pcd"), std::string::npos);
 }
 
-TEST(PictureCommand, writes_what_the_ending_of_the_name_asks_for) {
+TEST(PictureCommand, writes_the_format_of_the_file_extension) {
   const io::TestFolder folder;
   const std::string run = small_run(folder);
   for (const char* name : {"a.png", "a.pdf", "a.svg"}) {

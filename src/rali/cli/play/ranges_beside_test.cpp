@@ -52,7 +52,7 @@ std::string ranges_file(const std::string& text) {
   return path;
 }
 
-TEST(RangesBeside, ranges_of_the_vehicle_come_between_the_messages_in_order_of_time) {
+TEST(RangesBeside, ranges_of_the_vehicle_are_merged_with_the_messages_by_time) {
   const std::string path =
       ranges_file("102.5,v2,v1,7.5,-80\n101.5,v1,v2,7.25,\n103.5,v2,v3,9,-80\n99,v1,v2,1,\n");
   auto source = with_ranges(std::make_unique<TickSource>(), path, "v1");
@@ -82,7 +82,7 @@ TEST(RangesBeside, a_file_without_a_range_of_the_vehicle_is_an_error) {
   EXPECT_NE(source.error().message().find("no range of 'v3'"), std::string::npos);
 }
 
-TEST(RangesBeside, a_row_that_is_no_range_is_an_error_with_its_line) {
+TEST(RangesBeside, an_invalid_row_is_an_error_with_its_line) {
   const auto source =
       with_ranges(std::make_unique<TickSource>(), ranges_file("101,v1,v2,far,\n"), "v1");
   ASSERT_FALSE(source);

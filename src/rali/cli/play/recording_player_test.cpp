@@ -159,7 +159,7 @@ class Player : public ::testing::Test {
   std::vector<std::string> left_out_, published_;
 };
 
-TEST_F(Player, sends_bytes_as_they_are_at_the_recorded_pace) {
+TEST_F(Player, sends_unchanged_bytes_at_the_recorded_rate) {
   add_range(0.0);
   add_range(0.5);
   add_range(2.0);
@@ -189,7 +189,7 @@ TEST_F(Player, sensors_and_transforms_are_played_and_transforms_are_latched) {
   }
 }
 
-TEST_F(Player, topics_of_a_vehicle_bear_its_name_but_transforms_do_not) {
+TEST_F(Player, prefixes_topics_except_transforms_with_the_vehicle_name) {
   options_.vehicle = "v1";
   source_.add_topic("/v1/imu", "sensor_msgs/msg/Imu", Encoding::kCdr);
   source_.add_topic("relative", "sensor_msgs/Imu", Encoding::kRos1);
@@ -198,7 +198,7 @@ TEST_F(Player, topics_of_a_vehicle_bear_its_name_but_transforms_do_not) {
                                                   "/v1/ranges", "/v1/relative"}));
 }
 
-TEST_F(Player, named_topics_are_played_whatever_their_type) {
+TEST_F(Player, plays_selected_topics_of_any_type) {
   options_.topics = {"/text"};
   add(3, 0.0, wire::encode_string("x", Encoding::kCdr));
   add_range(0.0);
@@ -206,7 +206,7 @@ TEST_F(Player, named_topics_are_played_whatever_their_type) {
   EXPECT_EQ(published_, std::vector<std::string>{"/text"});
 }
 
-TEST_F(Player, messages_of_ros_1_become_cdr) {
+TEST_F(Player, converts_ros_1_messages_to_cdr) {
   source_.add_topic("/uwb", "rali_msgs/Range", Encoding::kRos1);
   source_.add_topic("/old_tf", "tf/tfMessage", Encoding::kRos1);
   const wire::Bytes whole = range_at(kRecorded, Encoding::kRos1);
@@ -222,7 +222,7 @@ TEST_F(Player, messages_of_ros_1_become_cdr) {
   }));
 }
 
-TEST_F(Player, what_has_no_definition_or_another_encoding_is_named) {
+TEST_F(Player, names_skipped_topics_without_definition_or_with_unsupported_encoding) {
   source_.add_topic("/odd", "livox_interfaces/CustomMsg", Encoding::kOther);
   source_.add_topic("/unknown", "my_msgs/Thing", Encoding::kRos1);
   options_.topics = {"/odd", "/unknown", "/imu"};
@@ -232,7 +232,7 @@ TEST_F(Player, what_has_no_definition_or_another_encoding_is_named) {
   EXPECT_NE(left_out_[1].find("/unknown: "), std::string::npos);
 }
 
-TEST_F(Player, stamps_move_to_now_if_asked) {
+TEST_F(Player, shifts_stamps_to_the_present_if_requested) {
   options_.restamp = true;
   add_range(0.0);
   add_range(0.5);
@@ -241,7 +241,7 @@ TEST_F(Player, stamps_move_to_now_if_asked) {
   for (const FakeBus::Sent& one : bus_.sent) EXPECT_EQ(one.data, range_at(one.t, Encoding::kCdr));
 }
 
-TEST_F(Player, a_clock_that_was_set_and_a_long_pause_are_not_waited_for) {
+TEST_F(Player, skips_long_pauses_and_clock_jumps) {
   add_range(0.0);
   add_range(1.0);
   add_range(500.0);
@@ -256,7 +256,7 @@ TEST_F(Player, a_clock_that_was_set_and_a_long_pause_are_not_waited_for) {
   for (std::size_t i = 0; i < sent.size(); ++i) EXPECT_NEAR(sent[i], expected[i], 1e-6) << i;
 }
 
-TEST_F(Player, stops_when_it_is_reported_to) {
+TEST_F(Player, stops_on_request) {
   stop_ = start_ + Duration::from_s(1.0);
   add_range(0.0);
   add_range(5.0);
@@ -265,7 +265,7 @@ TEST_F(Player, stops_when_it_is_reported_to) {
   EXPECT_EQ(tally.messages, 1U);
 }
 
-TEST_F(Player, is_heard_once_a_cloud_and_an_imu_have_a_reader) {
+TEST_F(Player, is_received_once_cloud_and_imu_topics_have_readers) {
   RecordingPlayer player(source_, bus_, options_, {});
   EXPECT_FALSE(player.is_received());
   ASSERT_TRUE(player.advertise());

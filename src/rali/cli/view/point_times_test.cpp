@@ -24,7 +24,7 @@ report::RunData run_with(std::vector<float> x_m) {
   return run;
 }
 
-TEST(PointTimes, a_point_has_the_time_of_the_first_keyframe_that_saw_it) {
+TEST(PointTimes, a_point_has_the_time_of_its_first_observing_keyframe) {
   const io::TestFolder folder;
   std::filesystem::create_directories(folder.path("keyframes/v1"));
   folder.write("keyframes/v1/000000.pcd", kCloud);
@@ -42,7 +42,7 @@ TEST(PointTimes, a_point_has_the_time_of_the_first_keyframe_that_saw_it) {
   EXPECT_TRUE(std::isnan(times[3])) << "seen by none";
 }
 
-TEST(PointTimes, rows_that_are_damaged_or_lead_out_of_the_folder_are_left_out) {
+TEST(PointTimes, damaged_rows_and_paths_outside_the_folder_are_skipped) {
   const io::TestFolder folder;
   folder.write("outside.pcd", kCloud);
   folder.write("keyframes.csv",

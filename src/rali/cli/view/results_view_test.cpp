@@ -66,7 +66,7 @@ TEST(ResultsView, the_last_state_holds_poses_sigma_degeneracy_and_anchor) {
   EXPECT_EQ(state["diagnostics"][0]["message"], "A loop was refused.");
 }
 
-TEST(ResultsView, the_history_goes_from_the_first_pose_to_the_last) {
+TEST(ResultsView, the_history_covers_first_to_last_pose) {
   const json states = json::parse(results_history(small_run()))["states"];
   ASSERT_EQ(states.size(), 11U);
   EXPECT_NEAR(states.front()["t_s"], 2.0, 1e-9);
@@ -83,7 +83,7 @@ TEST(ResultsView, paths_state_where_they_were_degenerate) {
   EXPECT_EQ(path["degenerate"][50], 1);
 }
 
-TEST(ResultsView, the_cloud_is_a_point_cloud_that_others_can_read) {
+TEST(ResultsView, the_cloud_is_a_valid_point_cloud2_message) {
   const wire::Bytes bytes = results_cloud(small_run(), {});
   const auto cloud = wire::decode_point_cloud2(bytes, wire::Encoding::kCdr);
   ASSERT_TRUE(cloud);
@@ -99,7 +99,7 @@ TEST(ResultsView, the_cloud_is_a_point_cloud_that_others_can_read) {
   EXPECT_FLOAT_EQ(age_s, 9.0F) << "seen at 3 s, the run ends at 12 s";
 }
 
-TEST(ResultsView, a_run_without_poses_map_or_rounds_gives_states_that_can_be_read) {
+TEST(ResultsView, a_run_without_poses_map_or_rounds_gives_valid_json) {
   report::RunData run;
   run.name = "out\xFF";
   run.vehicles.resize(1);
@@ -110,7 +110,7 @@ TEST(ResultsView, a_run_without_poses_map_or_rounds_gives_states_that_can_be_rea
   EXPECT_TRUE(json::parse(results_paths(run))["paths"].empty());
 }
 
-TEST(ResultsView, a_vehicle_that_ended_earlier_stays_where_it_was) {
+TEST(ResultsView, a_vehicle_that_ended_earlier_keeps_its_last_position) {
   report::RunData run = small_run();
   run.vehicles[0].path.resize(20);
   const json state = json::parse(results_state(run));

@@ -49,14 +49,14 @@ TEST(StatusText, shows_the_fleet_in_a_terminal) {
   EXPECT_TRUE(status->alarm) << "the anchor is lost";
 }
 
-TEST(StatusText, shows_a_state_that_holds_next_to_nothing) {
+TEST(StatusText, shows_a_nearly_empty_state) {
   const auto status = read_status(R"({"schema":1,"t_s":0,"vehicle":"v1"})");
   ASSERT_TRUE(status);
   EXPECT_EQ(status->text, "v1\n");
   EXPECT_FALSE(status->alarm);
 }
 
-TEST(StatusText, takes_fields_of_another_kind_as_absent) {
+TEST(StatusText, ignores_fields_of_wrong_type) {
   EXPECT_TRUE(
       read_status(R"({"schema":1,"vehicle":7,"mission":[],"anchor":"x","vehicles":[1,{"name":
     {},"position_m":["a",1,2],"battery":"full","degenerate":1}],"links":{},"ranges":[[]],
@@ -66,7 +66,7 @@ TEST(StatusText, takes_fields_of_another_kind_as_absent) {
   }
 }
 
-TEST(StatusText, lets_no_message_command_the_terminal) {
+TEST(StatusText, removes_terminal_escape_sequences) {
   const auto status = read_status("{\"schema\":1,\"vehicle\":\"\\u001b[2J\"}");
   ASSERT_TRUE(status);
   EXPECT_EQ(status->text.find('\x1b'), std::string::npos);

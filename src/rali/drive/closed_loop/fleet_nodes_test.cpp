@@ -36,7 +36,7 @@ std::vector<FleetNodes::ReceivedStatus> received_in(double loss, std::optional<s
 }
 
 // Peer states once bypassed the radio: the losses of a radio did not affect them.
-TEST(FleetNodes, what_vehicles_say_of_themselves_goes_over_the_radio_to_all_others) {
+TEST(FleetNodes, broadcast_their_status_to_all_others_over_a_lossy_radio) {
   const auto all = received_in(0.0, std::nullopt);
   EXPECT_EQ(all.size(), 600U);
   for (const FleetNodes::ReceivedStatus& received : all)
@@ -46,7 +46,7 @@ TEST(FleetNodes, what_vehicles_say_of_themselves_goes_over_the_radio_to_all_othe
   EXPECT_GT(some.size(), 420U);
 }
 
-TEST(FleetNodes, who_is_dead_neither_says_nor_hears_anything) {
+TEST(FleetNodes, a_dead_vehicle_neither_sends_nor_receives) {
   const auto all = received_in(0.0, 1);
   EXPECT_EQ(all.size(), 200U);
   for (const FleetNodes::ReceivedStatus& received : all) {

@@ -48,7 +48,7 @@ struct Scanning {
   ClosedLoopFleet fleet;
 };
 
-TEST(ClosedLoopFleet, a_restarted_vehicle_keeps_its_keyframes_and_makes_others_in_a_new_epoch) {
+TEST(ClosedLoopFleet, a_restarted_vehicle_keeps_its_keyframes_and_continues_in_a_new_epoch) {
   Scanning s;
   s.scan(0.0, 2.0);
   EXPECT_EQ(s.keyframes(0), std::vector<std::uint32_t>{0});

@@ -39,7 +39,7 @@ Flown fly(const Simulation& sim, const ComputerSettings& computer, const JobCost
 /// Each job alone takes longer than a lease.
 constexpr double kLong_s = 6.0;
 
-TEST(MissionJobs, solutions_of_six_seconds_cost_no_lease_and_the_mission_ends) {
+TEST(MissionJobs, with_solutions_of_6_s_lose_no_lease_and_the_mission_ends) {
   const Flown flown = fly(three_rooms(), {}, {.job_s = kLong_s});
   EXPECT_TRUE(flown.finished);
   EXPECT_TRUE(flown.log.explored);
@@ -48,7 +48,7 @@ TEST(MissionJobs, solutions_of_six_seconds_cost_no_lease_and_the_mission_ends) {
   EXPECT_EQ(flown.last_term, flown.log.rounds.size()) << "each term is a round: none was renewed";
 }
 
-TEST(MissionJobs, of_a_computer_ten_times_slower_than_measured_ends_likewise) {
+TEST(MissionJobs, on_a_ten_times_slower_computer_also_complete_the_mission) {
   const Flown measured = fly(three_rooms(), {}, {});
   const Flown slow = fly(three_rooms(), {.cpu_factor = 10.0}, {});
   for (const Flown* flown : {&measured, &slow}) {
@@ -61,7 +61,7 @@ TEST(MissionJobs, of_a_computer_ten_times_slower_than_measured_ends_likewise) {
 }
 
 // Reveals a step that draws, however fast the computer is.
-TEST(MissionJobs, all_that_is_drawn_is_drawn_by_jobs_and_goals_come_of_them) {
+TEST(MissionJobs, draw_all_grid_cells_and_produce_the_goals) {
   const Simulation sim = three_rooms();
   ExactFleet fleet(*sim, without_loops());
   std::size_t goal_lists = 0, compared = 0;

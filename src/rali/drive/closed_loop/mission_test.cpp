@@ -115,7 +115,7 @@ TEST(Mission, of_three_vehicles_ends_by_itself_when_the_last_room_is_mapped) {
   EXPECT_GT(distances.min_m, 0.7) << "vehicles are 0.6 m wide";
 }
 
-TEST(Mission, of_a_tag_that_cannot_pass_its_anchor_goes_on_with_the_roles_changed) {
+TEST(Mission, continues_with_swapped_roles_if_a_tag_cannot_pass_its_anchor) {
   const Simulation sim = narrow_corridor();
   ExactFleet fleet(*sim, without_loops());
   bool reported = false;
@@ -139,7 +139,7 @@ TEST(Mission, of_a_tag_that_cannot_pass_its_anchor_goes_on_with_the_roles_change
 
 // Without closing up, the anchor left behind had no path past the other vehicle to any frontier. It
 // stayed anchor, and the mission ended half-way.
-TEST(Mission, a_vehicle_behind_closes_up_when_the_one_ahead_is_as_far_as_it_may_be) {
+TEST(Mission, the_rear_vehicle_closes_up_when_the_front_reaches_its_limit) {
   const Simulation sim = narrow_corridor(1.8);
   fleet::NodeSettings settings = short_of_hearing(8.0);
   settings.explore.range_m = 4.0;
@@ -154,7 +154,7 @@ TEST(Mission, a_vehicle_behind_closes_up_when_the_one_ahead_is_as_far_as_it_may_
 
 // If each anchor counts its own visits, the next one reopens what the previous one had given up.
 // Here that was behind all vehicles, and the mission ended with a visited frontier left open.
-TEST(Mission, what_one_anchor_has_given_up_the_next_one_does_not_open_again) {
+TEST(Mission, a_frontier_abandoned_by_one_anchor_is_not_reopened_by_the_next) {
   const Simulation sim = open_tunnel(0.0);
   ExactFleet fleet(*sim, short_of_hearing());
   const auto mission = sim::run_closed_loop(*sim, fleet, limited(900.0));
@@ -179,7 +179,7 @@ TEST(Mission, what_one_anchor_has_given_up_the_next_one_does_not_open_again) {
 // There is no path to a vehicle's own position, so no vehicle was sent there and no visit counted.
 // A fully explored tunnel then ended with its last frontier open, under a vehicle that had come for
 // it.
-TEST(Mission, whoever_stands_at_a_frontier_has_come_to_it) {
+TEST(Mission, a_vehicle_standing_at_a_frontier_has_reached_it) {
   for (const double start_x_m : {-3.6, -3.2, -2.6}) {
     const Simulation sim = open_tunnel(start_x_m);
     ExactFleet fleet(*sim, short_of_hearing());
@@ -191,7 +191,7 @@ TEST(Mission, whoever_stands_at_a_frontier_has_come_to_it) {
 
 // Prevents two failures: each vehicle tries the same frontier again in every round; a frontier
 // counts as seen because two drives to it ended elsewhere.
-TEST(Mission, ends_when_each_vehicle_has_found_no_path_to_what_is_left_and_names_it) {
+TEST(Mission, ends_if_no_vehicle_finds_a_path_and_reports_unreachable_frontiers) {
   const Simulation sim = room_behind_a_gap();
   ExactFleet fleet(*sim, without_loops());
   const auto mission = sim::run_closed_loop(*sim, fleet, limited(600.0));
@@ -216,7 +216,7 @@ TEST(Mission, ends_when_each_vehicle_has_found_no_path_to_what_is_left_and_names
 
 // The detour past the anchor led through the gap. The frontier then counted as unreachable for the
 // vehicle.
-TEST(Mission, a_vehicle_that_cannot_pass_its_anchor_drives_to_the_frontier_without) {
+TEST(Mission, a_vehicle_that_cannot_pass_its_anchor_drives_directly_to_the_frontier) {
   const Simulation sim = anchor_behind_a_gap();
   ExactFleet fleet(*sim, without_loops());
   const auto mission = sim::run_closed_loop(*sim, fleet, limited(300.0));
@@ -225,7 +225,7 @@ TEST(Mission, a_vehicle_that_cannot_pass_its_anchor_drives_to_the_frontier_witho
   EXPECT_TRUE(is_mapped(*sim, fleet.nodes(), Vec3(-2.0, -3.0, 0.0)));
 }
 
-TEST(Mission, that_a_dead_vehicle_stops_says_that_it_stands_in_every_path) {
+TEST(Mission, reports_a_dead_vehicle_that_blocks_every_path_to_the_frontiers) {
   const Simulation sim = narrow_corridor(1.4, 3);
   ExactFleet fleet(*sim, without_loops());
   bool dead = false;
@@ -248,7 +248,7 @@ TEST(Mission, that_a_dead_vehicle_stops_says_that_it_stands_in_every_path) {
   EXPECT_GE(left, 1U);
 }
 
-TEST(Mission, goes_on_to_its_end_when_the_anchor_dies_and_loses_nothing_that_anybody_held) {
+TEST(Mission, completes_after_the_anchor_dies_without_losing_stored_facts) {
   const Simulation sim = three_rooms();
   ExactFleet fleet(*sim, without_loops());
   std::optional<std::size_t> dead;
@@ -290,7 +290,7 @@ TEST(Mission, goes_on_to_its_end_when_the_anchor_dies_and_loses_nothing_that_any
   }
 }
 
-TEST(Mission, an_anchor_that_falls_silent_for_half_a_minute_joins_again) {
+TEST(Mission, an_anchor_that_is_silent_for_30_s_rejoins) {
   const Simulation sim = three_rooms();
   ExactFleet fleet(*sim, without_loops());
   const Time begin = sim->t_start();
@@ -311,7 +311,7 @@ TEST(Mission, an_anchor_that_falls_silent_for_half_a_minute_joins_again) {
   }
 }
 
-TEST(Mission, same_world_gives_the_same_rounds_and_the_same_ways) {
+TEST(Mission, same_world_gives_the_same_rounds_and_paths) {
   const auto run = [] {
     const Simulation sim = three_rooms();
     ExactFleet fleet(*sim, without_loops());
@@ -328,7 +328,7 @@ TEST(Mission, same_world_gives_the_same_rounds_and_the_same_ways) {
   EXPECT_GT(first.second[5] + first.second[8], 5.0) << "they have driven";
 }
 
-TEST(Mission, without_time_left_says_that_the_fleet_did_not_end_it) {
+TEST(Mission, reports_that_it_did_not_end_before_the_time_limit) {
   const Simulation sim = three_rooms();
   ExactFleet fleet(*sim, without_loops());
   const auto mission = sim::run_closed_loop(*sim, fleet, limited(8.0));

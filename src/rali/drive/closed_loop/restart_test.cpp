@@ -87,7 +87,7 @@ std::uint64_t seeds(std::uint64_t usual) {
   return given == nullptr ? usual : std::strtoull(given, nullptr, 10);
 }
 
-TEST(Restart, at_any_event_a_mission_ends_and_no_promise_is_broken) {
+TEST(Restart, at_any_event_lets_the_mission_end_and_breaks_no_promise) {
   const std::uint64_t missions = seeds(10);
   std::size_t restarts = 0, explored = 0, facts = 0;
   for (std::uint64_t seed = 0; seed < missions; ++seed) {
@@ -128,7 +128,7 @@ TEST(Restart, two_hundred_times_breaks_no_promise) {
   EXPECT_GT(votes, 100U);
 }
 
-TEST(Restart, needs_a_vehicle_that_is_dead_and_has_a_log) {
+TEST(Restart, requires_a_dead_vehicle_with_a_log) {
   const Simulation sim = three_rooms();
   ExactFleet with(*sim, settings_of(10.0), true), without(*sim, settings_of(10.0));
   EXPECT_EQ(with.nodes().restart(0).error().code, ErrorCode::kUsage);

@@ -32,7 +32,7 @@ Time at(double t_s) { return Time::from_s(t_s); }
 
 constexpr JobCost kCost{.job_s = 1.0, .node_s = 0.01, .submap_s = 0.0, .compared_s = 0.0};
 
-TEST(SimulatedJobs, come_back_when_their_time_is_over_the_shortest_first) {
+TEST(SimulatedJobs, return_after_their_computation_time_shortest_first) {
   SerialExecutor executor;
   SimulatedJobs jobs({.cpu_factor = 2.0}, kCost);
   jobs.run(0, order(1, 100), at(10.0), executor);  // 2 (1 + 0.01 * 100) s
@@ -45,7 +45,7 @@ TEST(SimulatedJobs, come_back_when_their_time_is_over_the_shortest_first) {
   EXPECT_TRUE(jobs.take(at(100.0)).empty());
 }
 
-TEST(SimulatedJobs, one_that_is_cancelled_comes_back_at_once_and_no_other) {
+TEST(SimulatedJobs, a_cancelled_job_returns_at_once_and_no_other) {
   SerialExecutor executor;
   SimulatedJobs jobs({}, kCost);
   jobs.run(0, order(7, 0), at(10.0), executor);
@@ -58,7 +58,7 @@ TEST(SimulatedJobs, one_that_is_cancelled_comes_back_at_once_and_no_other) {
   EXPECT_EQ(done[0].event.number, 7U);
 }
 
-TEST(SimulatedJobs, of_a_process_that_is_gone_never_come_back) {
+TEST(SimulatedJobs, of_a_stopped_process_never_return) {
   SerialExecutor executor;
   SimulatedJobs jobs({}, kCost);
   jobs.run(0, order(1, 0), at(10.0), executor);
@@ -69,7 +69,7 @@ TEST(SimulatedJobs, of_a_process_that_is_gone_never_come_back) {
   EXPECT_EQ(done[0].owner, 1U);
 }
 
-TEST(StepTimes, quantiles_are_right_to_a_tenth) {
+TEST(StepTimes, quantiles_are_accurate_to_10_percent) {
   StepTimes times;
   for (int k = 1; k <= 1000; ++k) times.add(fleet::NodeTick{}, 1e-5 * k);
   times.add(fleet::ReceivedRadio{}, 0.5);
@@ -84,7 +84,7 @@ TEST(StepTimes, quantiles_are_right_to_a_tenth) {
   EXPECT_EQ(times.lines().size(), 2U);
 }
 
-TEST(StepTimes, times_beyond_the_bins_are_kept) {
+TEST(StepTimes, times_beyond_the_bins_are_counted) {
   TimeHistogram times;
   EXPECT_EQ(times.quantile_s(0.5), 0.0);
   times.add(0.0);

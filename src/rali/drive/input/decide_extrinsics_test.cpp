@@ -31,7 +31,7 @@ InputReport report_of_frames() {
   return report;
 }
 
-TEST(DecideExtrinsics, the_imu_is_the_body_unless_something_else_is_asked_for) {
+TEST(DecideExtrinsics, the_imu_is_the_body_frame_by_default) {
   InputReport report = report_of_frames();
   ASSERT_TRUE(decide_extrinsics({}, vehicle_tree("base_link"), {}, {}, {}, report));
   EXPECT_TRUE(report.T_body_imu.p.isZero());
@@ -39,7 +39,7 @@ TEST(DecideExtrinsics, the_imu_is_the_body_unless_something_else_is_asked_for) {
   EXPECT_EQ(report.T_body_imu_origin, "");
 }
 
-TEST(DecideExtrinsics, the_imu_is_placed_in_base_link_by_auto_and_by_from_tf) {
+TEST(DecideExtrinsics, auto_and_from_tf_take_the_imu_pose_in_base_link) {
   for (const char* const frame : {"", "imu"}) {
     InputOptions options;
     options.imu_from_tf = true;
@@ -65,7 +65,7 @@ TEST(DecideExtrinsics, without_a_body_frame_auto_falls_back_and_from_tf_is_refus
   EXPECT_EQ(refused.error().where, "vehicles.v1.imu.T_body_imu.from_tf");
 }
 
-TEST(DecideExtrinsics, without_an_imu_from_tf_places_the_lidar_in_the_body) {
+TEST(DecideExtrinsics, without_an_imu_from_tf_takes_the_lidar_pose_in_the_body) {
   InputOptions options;
   options.lidar_tf_frame = "lidar";
   InputReport report = report_of_frames();

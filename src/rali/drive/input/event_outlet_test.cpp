@@ -40,7 +40,7 @@ std::string left(EventOutlet& outlet, InputReport& report) {
   return text;
 }
 
-TEST(EventOutlet, ranges_leave_in_order_between_inertial_samples_and_sweeps) {
+TEST(EventOutlet, outputs_ranges_in_time_order_between_inertial_samples_and_scans) {
   EventOutlet outlet(InputOptions{});
   InputReport report;
   for (const double t_s : {1.0, 1.1, 1.2, 2.0}) outlet.push(imu_at(t_s));
@@ -54,7 +54,7 @@ TEST(EventOutlet, ranges_leave_in_order_between_inertial_samples_and_sweeps) {
   EXPECT_EQ(report.imu_samples, 4U);
 }
 
-TEST(EventOutlet, a_radio_with_a_wrong_clock_does_not_push_the_sensors_out_of_the_window) {
+TEST(EventOutlet, a_range_with_a_wrong_clock_does_not_advance_the_ordering_window) {
   EventOutlet outlet(InputOptions{});
   InputReport report;
   outlet.push(imu_at(1.0));
@@ -67,7 +67,7 @@ TEST(EventOutlet, a_radio_with_a_wrong_clock_does_not_push_the_sensors_out_of_th
   EXPECT_EQ(report.gaps.late, 0U);
 }
 
-TEST(EventOutlet, a_late_range_still_leaves_so_that_it_can_be_reported) {
+TEST(EventOutlet, a_late_range_is_still_output_to_be_reported) {
   EventOutlet outlet(InputOptions{});
   InputReport report;
   outlet.push(imu_at(1.0));
@@ -79,7 +79,7 @@ TEST(EventOutlet, a_late_range_still_leaves_so_that_it_can_be_reported) {
   EXPECT_EQ(left(outlet, report), "r500 i2000 ");
 }
 
-TEST(EventOutlet, lost_scans_are_damage_and_few_late_inertial_samples_are_not) {
+TEST(EventOutlet, late_scans_are_damage_but_few_late_inertial_samples_are_not) {
   for (const bool scan_late : {false, true}) {
     EventOutlet outlet(InputOptions{});
     InputReport report;
@@ -102,7 +102,7 @@ TEST(EventOutlet, lost_scans_are_damage_and_few_late_inertial_samples_are_not) {
   }
 }
 
-TEST(EventOutlet, ranges_outside_the_time_asked_for_are_left_out) {
+TEST(EventOutlet, drops_ranges_outside_the_requested_time) {
   InputOptions options;
   options.start_s = 1.0;
   options.duration_s = 1.0;

@@ -38,7 +38,7 @@ TEST(Extrinsics, finds_the_ground_below_a_tilted_lidar) {
   EXPECT_NEAR(*ground_tilt_rad(planes, Mat3::Identity(), Vec3::UnitZ()), 30.0 * kDeg, 0.5 * kDeg);
 }
 
-TEST(Extrinsics, accepts_what_fits_and_ramps) {
+TEST(Extrinsics, accepts_correct_extrinsics_also_on_a_10_deg_ramp) {
   const Mat3 R = geometry::rotation_from_rpy(0.0, 30.0 * kDeg, 0.0);
   const auto planes = planes_of(R);
   EXPECT_TRUE(check_extrinsics(planes, R, Vec3::UnitZ(), {}));
@@ -46,7 +46,7 @@ TEST(Extrinsics, accepts_what_fits_and_ramps) {
   EXPECT_TRUE(check_extrinsics(planes, R, up_on_a_ramp, {}));
 }
 
-TEST(Extrinsics, names_the_inverse_where_that_fits) {
+TEST(Extrinsics, suggests_the_inverse_rotation_if_that_fits) {
   const Mat3 R = geometry::rotation_from_rpy(0.0, 30.0 * kDeg, 0.0);
   const auto checked = check_extrinsics(planes_of(R), R.transpose(), Vec3::UnitZ(), {});
   ASSERT_FALSE(checked);
@@ -54,7 +54,7 @@ TEST(Extrinsics, names_the_inverse_where_that_fits) {
   EXPECT_NE(checked.error().remedy.find("The inverse fits"), std::string::npos);
 }
 
-TEST(Extrinsics, names_swapped_axes_where_these_fit) {
+TEST(Extrinsics, suggests_swapped_axes_if_these_fit) {
   Mat3 R;  // the LiDAR's x points up
   R << 0.0, 0.0, -1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0;
   const auto checked = check_extrinsics(planes_of(R), Mat3::Identity(), Vec3::UnitZ(), {});
@@ -63,7 +63,7 @@ TEST(Extrinsics, names_swapped_axes_where_these_fit) {
       << checked.error().remedy;
 }
 
-TEST(Extrinsics, do_not_take_a_corridor_for_swapped_axes) {
+TEST(Extrinsics, are_accepted_in_a_corridor_without_visible_floor) {
   // Two walls, no floor in reach of the rings: other axes would "fit" as well as the right ones.
   const std::vector<PlaneDirection> walls = {{Vec3::UnitY(), 0.5}, {-Vec3::UnitY(), 0.45}};
   EXPECT_TRUE(check_extrinsics(walls, Mat3::Identity(), Vec3::UnitZ(), {}));
@@ -74,7 +74,7 @@ TEST(Extrinsics, do_not_take_a_corridor_for_swapped_axes) {
   EXPECT_FALSE(check_extrinsics(one, Mat3::Identity(), Vec3::UnitZ(), {}));
 }
 
-TEST(Extrinsics, goes_on_with_a_finding_when_told_to_warn) {
+TEST(Extrinsics, continue_with_a_finding_in_warn_mode) {
   const Mat3 R = geometry::rotation_from_rpy(0.0, 30.0 * kDeg, 0.0);
   InputOptions options;
   options.extrinsics = ExtrinsicsCheck::kWarn;
@@ -85,7 +85,7 @@ TEST(Extrinsics, goes_on_with_a_finding_when_told_to_warn) {
   EXPECT_NEAR(checked->front().value, 30.0, 0.5);
 }
 
-TEST(Extrinsics, says_nothing_without_planes) {
+TEST(Extrinsics, are_accepted_without_planes) {
   EXPECT_FALSE(ground_tilt_rad({}, Mat3::Identity(), Vec3::UnitZ()));
   EXPECT_TRUE(check_extrinsics({}, Mat3::Identity(), Vec3::UnitZ(), {}));
 }

@@ -49,7 +49,7 @@ TEST(ImuUnits, refuses_data_without_gravity) {
   EXPECT_NE(units.error().what.find("gravity was removed"), std::string::npos);
 }
 
-TEST(ImuUnits, recognises_degrees_by_a_large_bias_and_by_noise_at_rest) {
+TEST(ImuUnits, recognises_degrees_per_second_by_bias_or_noise_at_standstill) {
   for (const auto& [bias, noise] :
        {std::pair{2.5, 0.02}, std::pair{0.4, 0.1}, std::pair{0.01, 0.6}}) {
     const auto units = decide_imu_units(at_rest(9.81, bias, noise), {}, "/imu");
@@ -69,7 +69,7 @@ std::vector<sensor::ImuSample> smooth_bend(double rate_radps) {
   return samples;
 }
 
-TEST(ImuUnits, does_not_take_a_smooth_bend_for_rest) {
+TEST(ImuUnits, does_not_mistake_a_smooth_curve_for_standstill) {
   EXPECT_TRUE(quietest_stretch(at_rest(9.81, 0.005, 0.003)).at_rest);
   EXPECT_FALSE(quietest_stretch(smooth_bend(0.6)).at_rest);
   const auto units = decide_imu_units(smooth_bend(0.6), {}, "/imu");
@@ -78,7 +78,7 @@ TEST(ImuUnits, does_not_take_a_smooth_bend_for_rest) {
   EXPECT_TRUE(units->findings.empty());
 }
 
-TEST(ImuUnits, prefers_rest_to_a_quieter_accelerometer_in_a_bend) {
+TEST(ImuUnits, prefers_standstill_to_a_quieter_accelerometer_in_a_curve) {
   std::vector<sensor::ImuSample> samples = smooth_bend(0.6);
   for (std::size_t i = 0; i < 120; ++i) samples[i].gyro_radps.z() = 0.0;  // standstill for 0.6 s
   for (std::size_t i = 120; i < samples.size(); ++i) samples[i].accel_mps2 = {0.0, 0.0, 9.81};
@@ -87,7 +87,7 @@ TEST(ImuUnits, prefers_rest_to_a_quieter_accelerometer_in_a_bend) {
   EXPECT_EQ(quiet.t_start, samples.front().t);
 }
 
-TEST(ImuUnits, leaves_a_steady_rate_as_radians_and_asks) {
+TEST(ImuUnits, keeps_radians_for_a_steady_rate_and_reports_a_finding) {
   const auto units = decide_imu_units(at_rest(9.81, 0.4, 0.003), {}, "/imu");
   ASSERT_TRUE(units);
   EXPECT_EQ(units->gyro_scale, 1.0);
@@ -96,7 +96,7 @@ TEST(ImuUnits, leaves_a_steady_rate_as_radians_and_asks) {
   EXPECT_NE(units->findings[0].remedy.find("gyro_unit"), std::string::npos);
 }
 
-TEST(ImuUnits, obeys_the_settings) {
+TEST(ImuUnits, configured_units_override_the_detection) {
   InputOptions options;
   options.accel_unit = AccelUnit::kMps2;
   options.gyro_unit = GyroUnit::kRadps;
@@ -124,7 +124,7 @@ TEST(ImuIntake, scales_to_si_units_and_keeps_the_frame_of_the_imu) {
   EXPECT_NEAR((si->accel_mps2 - geometry::Vec3(4.9, 0.0, -9.8)).norm(), 0.0, 1e-12);
 }
 
-TEST(ImuIntake, counts_and_drops_what_is_no_number) {
+TEST(ImuIntake, drops_and_counts_nan_and_infinite_samples) {
   ImuIntake intake({});
   InputGaps gaps;
   sensor::ImuSample raw;
@@ -135,7 +135,7 @@ TEST(ImuIntake, counts_and_drops_what_is_no_number) {
   EXPECT_EQ(gaps.imu_invalid, 2U);
 }
 
-TEST(ImuIntake, counts_values_that_stay_at_their_largest) {
+TEST(ImuIntake, counts_saturated_accelerometer_values) {
   ImuIntake intake({});
   InputGaps gaps;
   for (const double a : {9.0, 39.2, 39.2, 39.2, 12.0}) {
@@ -146,7 +146,7 @@ TEST(ImuIntake, counts_values_that_stay_at_their_largest) {
   EXPECT_EQ(gaps.imu_saturated, 2U);
 }
 
-TEST(GyroRatio, says_nothing_before_something_was_turned) {
+TEST(GyroRatio, is_zero_before_enough_rotation) {
   GyroRatio ratio;
   ratio.add_gyro(0.1);
   ratio.add_lidar(0.1);

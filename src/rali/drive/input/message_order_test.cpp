@@ -48,7 +48,7 @@ Stamps joined(Stamps a, const Stamps& b) {
 
 MessageOrder order_of(const Stamps& stamps) { return decide_message_order(stamps); }
 
-TEST(MessageOrder, steady_and_slightly_mixed_messages_stay_as_they_lie) {
+TEST(MessageOrder, steady_and_slightly_mixed_messages_keep_the_file_order) {
   Stamps stamps = steady(100.0, 200);
   EXPECT_EQ(order_of(stamps), MessageOrder::kFile);
   for (std::size_t i = 0; i + 3 < stamps.size(); i += 6) std::swap(stamps[i], stamps[i + 3]);
@@ -66,14 +66,14 @@ TEST(MessageOrder, reversed_and_shuffled_messages_are_sorted_by_record_time) {
   EXPECT_EQ(order_of(shuffled(with_pauses)), MessageOrder::kRecordTime);
 }
 
-TEST(MessageOrder, blocks_that_changed_places_are_sorted) {
+TEST(MessageOrder, swapped_blocks_are_sorted_by_record_time) {
   EXPECT_EQ(order_of(joined(steady(110.0, 100), steady(100.0, 100))), MessageOrder::kRecordTime);
   const Stamps inner = joined(steady(130.0, 100), steady(110.0, 200));
   EXPECT_EQ(order_of(joined(joined(steady(100.0, 100), inner), steady(140.0, 100))),
             MessageOrder::kRecordTime);
 }
 
-TEST(MessageOrder, a_clock_that_was_set_back_is_no_disorder) {
+TEST(MessageOrder, a_clock_set_back_is_not_treated_as_disorder) {
   EXPECT_EQ(order_of(joined(steady(100.0, 200), steady(117.04, 200))), MessageOrder::kClockSet)
       << "by 3 s: these times came twice";
   EXPECT_EQ(order_of(joined(steady(100.0, 20), steady(50.0, 300))), MessageOrder::kClockSet)
@@ -81,7 +81,7 @@ TEST(MessageOrder, a_clock_that_was_set_back_is_no_disorder) {
   EXPECT_EQ(order_of(joined(steady(1.7e9, 50), steady(3.0, 300))), MessageOrder::kClockSet);
 }
 
-TEST(MessageOrder, headers_decide_where_the_record_times_tell_nothing) {
+TEST(MessageOrder, headers_decide_if_record_times_carry_no_order) {
   const Stamps stamps = steady(100.0, 200);
   for (const Stamps& lost : {recorded_anew(shuffled(stamps)), recorded_at_once(shuffled(stamps))}) {
     EXPECT_EQ(order_of(lost), MessageOrder::kHeader);
@@ -92,14 +92,14 @@ TEST(MessageOrder, headers_decide_where_the_record_times_tell_nothing) {
       << "the stream shows that the header's clock was set";
 }
 
-TEST(MessageOrder, headers_in_order_outweigh_a_recorder_that_is_not) {
+TEST(MessageOrder, headers_in_order_outweigh_record_times_out_of_order) {
   Stamps stamps = steady(100.0, 200);
   const Stamps mixed = shuffled(stamps);
   for (std::size_t i = 0; i < stamps.size(); ++i) stamps[i].record = mixed[i].record;
   EXPECT_EQ(order_of(stamps), MessageOrder::kFile);
 }
 
-TEST(MessageOrder, headers_without_a_clock_sort_nothing) {
+TEST(MessageOrder, invalid_header_stamps_are_not_used_for_sorting) {
   Stamps stamps = steady(1000.0, 200);
   for (std::size_t i = 0; i < stamps.size(); i += 2) stamps[i].header = Time::from_s(3.0);
   EXPECT_EQ(order_of(stamps), MessageOrder::kFile);
@@ -122,7 +122,7 @@ TEST(MessageOrder, topics_written_one_after_the_other_are_sorted_together) {
   EXPECT_EQ(decide_message_order(stamps), MessageOrder::kFile);
 }
 
-TEST(MessageOrder, survives_the_ends_of_the_number_range) {
+TEST(MessageOrder, handles_extreme_stamp_values) {
   Stamps stamps;
   for (const std::int64_t ns : {INT64_MAX, INT64_MIN, std::int64_t{7}, INT64_MAX, INT64_MIN + 1}) {
     stamps.push_back({Time{ns}, Time{~ns}});

@@ -17,7 +17,7 @@ std::shared_ptr<const sensor::LidarScan> scan(double t_s) {
   return s;
 }
 
-TEST(ReorderWindow, holds_events_until_one_is_younger_by_the_window) {
+TEST(ReorderWindow, holds_events_until_a_0_5_s_newer_one_arrives) {
   ReorderWindow window;
   EXPECT_TRUE(window.push(Time::from_s(1.0), imu(1.0)));
   EXPECT_FALSE(window.pop());
@@ -28,7 +28,7 @@ TEST(ReorderWindow, holds_events_until_one_is_younger_by_the_window) {
   EXPECT_FALSE(window.pop());
 }
 
-TEST(ReorderWindow, sorts_what_came_out_of_order) {
+TEST(ReorderWindow, sorts_events_that_arrive_out_of_order) {
   ReorderWindow window;
   for (const double t : {2.0, 1.8, 1.9, 1.7}) EXPECT_TRUE(window.push(Time::from_s(t), imu(t)));
   window.finish();
@@ -42,7 +42,7 @@ TEST(ReorderWindow, sorts_what_came_out_of_order) {
   EXPECT_FALSE(window.pop());
 }
 
-TEST(ReorderWindow, hands_out_inertial_samples_before_the_sweep_of_the_same_time) {
+TEST(ReorderWindow, outputs_inertial_samples_before_a_scan_of_the_same_time) {
   ReorderWindow window;
   EXPECT_TRUE(window.push(Time::from_s(1.0), scan(1.0)));
   EXPECT_TRUE(window.push(Time::from_s(1.0), imu(1.0)));
@@ -51,7 +51,7 @@ TEST(ReorderWindow, hands_out_inertial_samples_before_the_sweep_of_the_same_time
   EXPECT_FALSE(std::holds_alternative<sensor::ImuSample>(window.pop()->second));
 }
 
-TEST(ReorderWindow, counts_and_leaves_out_what_is_older_than_what_has_left) {
+TEST(ReorderWindow, drops_and_counts_events_older_than_the_last_output) {
   ReorderWindow window;
   (void)window.push(Time::from_s(1.0), imu(1.0));
   (void)window.push(Time::from_s(2.0), imu(2.0));

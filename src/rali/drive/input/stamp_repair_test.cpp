@@ -19,7 +19,7 @@ std::vector<StampPair> steady(double header_s, double record_s, int n) {
 
 StampRepair by_header() { return {StampRule::kHeader, std::make_shared<ClockShifts>()}; }
 
-TEST(DecideStamps, keeps_headers_that_run_with_the_recorder) {
+TEST(DecideStamps, keeps_headers_that_advance_with_record_times) {
   EXPECT_EQ(decide_stamps(steady(1000.0, 5000.0, 20)).rule, StampRule::kHeader);
 }
 
@@ -32,19 +32,19 @@ TEST(DecideStamps, takes_record_time_for_zero_and_for_constant_headers) {
   EXPECT_EQ(decide_stamps(constant).rule, StampRule::kRecord);
 }
 
-TEST(DecideStamps, keeps_headers_where_the_first_alone_is_zero) {
+TEST(DecideStamps, keeps_headers_if_only_the_first_is_zero) {
   std::vector<StampPair> pairs = steady(1000.0, 5000.0, 10);
   pairs[0].header = Time{};
   EXPECT_EQ(decide_stamps(pairs).rule, StampRule::kHeader);
 }
 
-TEST(DecideStamps, keeps_headers_when_record_times_stand_still) {
+TEST(DecideStamps, keeps_headers_if_record_times_are_constant) {
   std::vector<StampPair> pairs = steady(1000.0, 5000.0, 10);
   for (StampPair& p : pairs) p.record = Time::from_s(1.0);
   EXPECT_EQ(decide_stamps(pairs).rule, StampRule::kHeader);
 }
 
-TEST(DecideStamps, takes_record_time_for_headers_that_jump_to_and_fro) {
+TEST(DecideStamps, takes_record_time_for_headers_that_alternate) {
   std::vector<StampPair> pairs = steady(1000.0, 5000.0, 20);
   for (std::size_t i = 0; i < pairs.size(); i += 2) pairs[i].header = Time::from_s(3.0);
   EXPECT_EQ(decide_stamps(pairs).rule, StampRule::kRecord);
@@ -56,7 +56,7 @@ TEST(StampRepair, passes_a_steady_topic_unchanged) {
   EXPECT_EQ(repair.jumps(), 0U);
 }
 
-TEST(StampRepair, closes_a_clock_that_is_set_forward_and_back_again) {
+TEST(StampRepair, removes_forward_and_backward_clock_jumps) {
   StampRepair repair = by_header();
   for (int i = 0; i < 10; ++i) (void)repair.repair(at(100.0 + 0.1 * i, 100.0 + 0.1 * i));
   // Set forward by an hour, then back by two.
@@ -67,7 +67,7 @@ TEST(StampRepair, closes_a_clock_that_is_set_forward_and_back_again) {
   EXPECT_NEAR(repair.last_jump_s(), -7200.0, 1e-6);
 }
 
-TEST(StampRepair, goes_back_by_the_period_where_the_clock_of_both_was_set) {
+TEST(StampRepair, continues_by_one_period_after_both_clocks_are_set_back) {
   StampRepair repair = by_header();
   repair.start_file(true);
   for (int i = 0; i < 20; ++i) (void)repair.repair(at(100.0 + 0.1 * i, 500.0 + 0.1 * i));
@@ -75,7 +75,7 @@ TEST(StampRepair, goes_back_by_the_period_where_the_clock_of_both_was_set) {
   EXPECT_NEAR(t->s(), 102.0, 0.02);
 }
 
-TEST(StampRepair, never_moves_a_message_that_is_only_out_of_order) {
+TEST(StampRepair, never_shifts_a_message_that_is_only_out_of_order) {
   StampRepair repair = by_header();
   const std::vector<double> seconds = {100.0, 101.0, 250.0, 103.0, 99.0, 104.0, 90.0, 180.0};
   for (const double s : seconds) EXPECT_EQ(repair.repair(at(s, s + 0.02)), Time::from_s(s)) << s;
@@ -87,14 +87,14 @@ TEST(StampRepair, never_moves_a_message_that_is_only_out_of_order) {
   EXPECT_EQ(repair.jumps() + converted.jumps(), 0U);
 }
 
-TEST(StampRepair, leaves_a_long_pause_alone_too) {
+TEST(StampRepair, keeps_stamps_after_a_pause_of_120_s) {
   StampRepair repair = by_header();
   (void)repair.repair(at(100.0, 500.0));
   (void)repair.repair(at(100.1, 500.1));
   EXPECT_NEAR(repair.repair(at(220.1, 620.1))->s(), 220.1, 1e-9) << "the recorder was paused";
 }
 
-TEST(StampRepair, leaves_a_pause_of_both_clocks_alone) {
+TEST(StampRepair, keeps_stamps_after_a_pause_of_10_s) {
   StampRepair repair = by_header();
   (void)repair.repair(at(100.0, 100.0));
   (void)repair.repair(at(100.1, 100.1));
@@ -102,7 +102,7 @@ TEST(StampRepair, leaves_a_pause_of_both_clocks_alone) {
   EXPECT_EQ(repair.jumps(), 0U);
 }
 
-TEST(StampRepair, leaves_headers_alone_when_only_the_recorder_stalls) {
+TEST(StampRepair, keeps_headers_if_only_the_recorder_stalls) {
   StampRepair repair = by_header();
   (void)repair.repair(at(100.0, 100.0));
   EXPECT_NEAR(repair.repair(at(100.1, 103.0))->s(), 100.1, 1e-9);
@@ -117,7 +117,7 @@ TEST(StampRepair, drops_and_counts_repeats) {
   EXPECT_EQ(repair.repeats(), 1U);
 }
 
-TEST(StampRepair, closes_one_jump_by_the_same_amount_in_two_topics) {
+TEST(StampRepair, removes_one_jump_by_the_same_amount_in_two_topics) {
   auto shifts = std::make_shared<ClockShifts>();
   StampRepair lidar(StampRule::kHeader, shifts), imu(StampRule::kHeader, shifts);
   (void)lidar.repair(at(100.0, 100.0));
@@ -127,13 +127,13 @@ TEST(StampRepair, closes_one_jump_by_the_same_amount_in_two_topics) {
   EXPECT_NEAR(seconds_between(a, b), 0.09, 1e-9) << "the sensors must not drift apart";
 }
 
-TEST(StampRepair, starts_after_stamps_that_were_never_set) {
+TEST(StampRepair, drops_zero_stamps_before_the_first_valid_one) {
   StampRepair repair = by_header();
   EXPECT_FALSE(repair.repair(at(0.0, 5000.0)));
   EXPECT_EQ(repair.repair(at(1000.0, 5000.1)), Time::from_s(1000.0));
 }
 
-TEST(StampRepair, survives_the_ends_of_the_number_range) {
+TEST(StampRepair, handles_extreme_stamp_values) {
   StampRepair repair = by_header();
   constexpr auto kMax = std::numeric_limits<std::int64_t>::max();
   constexpr auto kMin = std::numeric_limits<std::int64_t>::min();
@@ -143,7 +143,7 @@ TEST(StampRepair, survives_the_ends_of_the_number_range) {
   SUCCEED() << "the sanitizers watch";
 }
 
-TEST(StampRepair, lets_a_second_file_begin_later_without_a_jump) {
+TEST(StampRepair, accepts_a_later_start_of_a_second_file) {
   StampRepair repair = by_header();
   (void)repair.repair(at(100.0, 100.0));
   repair.start_file();

@@ -22,7 +22,7 @@ TEST(TopicChoice, finds_the_only_cloud_and_imu) {
   EXPECT_EQ(choice->imu, "/imu");
 }
 
-TEST(TopicChoice, lists_two_cloud_topics_with_counts_as_the_manual_has_it) {
+TEST(TopicChoice, refuses_two_cloud_topics_and_lists_their_message_counts) {
   const std::vector<TopicCount> topics = {topic("/rslidar_points", kCloud, 1203),
                                           topic("/ouster/points", kCloud, 1203)};
   const auto choice = choose_topics(topics, {}, "v1.bag");
@@ -32,12 +32,12 @@ TEST(TopicChoice, lists_two_cloud_topics_with_counts_as_the_manual_has_it) {
             "with vehicles.v1.lidar.topic or --lidar-topic.");
 }
 
-TEST(TopicChoice, passes_over_a_topic_that_was_announced_and_never_written) {
+TEST(TopicChoice, skips_an_announced_topic_without_messages) {
   const std::vector<TopicCount> topics = {topic("/a", kCloud, 0), topic("/b", kCloud, 7)};
   EXPECT_EQ(choose_topics(topics, {}, "f")->lidar, "/b");
 }
 
-TEST(TopicChoice, refuses_raw_packets_by_name) {
+TEST(TopicChoice, refuses_raw_packets_and_names_the_sensor) {
   const std::vector<TopicCount> topics = {
       topic("/velodyne_packets", "velodyne_msgs/msg/VelodyneScan", 4)};
   const auto choice = choose_topics(topics, {}, "v.db3");
@@ -58,7 +58,7 @@ TEST(TopicChoice, refuses_a_named_topic_that_is_something_else_or_absent) {
   EXPECT_EQ(absent.error().message(), "f: no topic /q. There is /p (4).");
 }
 
-TEST(TopicChoice, takes_no_imu_when_reported_so) {
+TEST(TopicChoice, uses_no_imu_if_the_topic_is_none) {
   const std::vector<TopicCount> topics = {topic("/imu", kImu, 4), topic("/p", kCloud, 4)};
   InputOptions options;
   options.imu_topic = "none";

@@ -45,7 +45,7 @@ Outcome run_t25(std::uint64_t seed) {
   return {complete, static_cast<double>(fleet.facts_sent()) / 600.0, agreed_at_s};
 }
 
-TEST(Exchange, all_vehicles_get_all_facts_once_through_loss_and_a_partition) {
+TEST(Exchange, delivers_every_fact_to_all_vehicles_despite_loss_and_a_partition) {
   double worst = 0.0, sum = 0.0, latest_s = 0.0;
   constexpr int kSeeds = 4;
   for (int seed = 0; seed < kSeeds; ++seed) {
@@ -76,7 +76,7 @@ TEST(Exchange, over_a_good_link_each_fact_is_sent_once_to_each) {
   EXPECT_EQ(fleet.facts_sent(), 2U * 40U);
 }
 
-TEST(Exchange, a_third_vehicle_passes_on_what_two_cannot_tell_each_other) {
+TEST(Exchange, a_third_vehicle_forwards_facts_between_two_without_a_link) {
   TestFleet fleet(3, LinkSettings{}, 1, {});
   fleet.radio.cut(VehicleId{0}, VehicleId{2}, Time::from_s(0.0), Time::from_s(1000.0));
   fleet.radio.cut(VehicleId{2}, VehicleId{0}, Time::from_s(0.0), Time::from_s(1000.0));
@@ -90,7 +90,7 @@ TEST(Exchange, a_third_vehicle_passes_on_what_two_cannot_tell_each_other) {
   EXPECT_EQ(fleet.store(2).size(), 40U);
 }
 
-TEST(Exchange, the_facts_of_a_dead_vehicle_come_from_those_who_have_them) {
+TEST(Exchange, facts_of_a_dead_vehicle_are_sent_by_its_peers) {
   TestFleet fleet(3, LinkSettings{}, 1, {});
   fleet.radio.cut(VehicleId{0}, VehicleId{2}, Time::from_s(0.0), Time::from_s(1000.0));
   fleet.radio.cut_off(VehicleId{2}, Time::from_s(0.0), Time::from_s(30.0));
@@ -106,7 +106,7 @@ TEST(Exchange, the_facts_of_a_dead_vehicle_come_from_those_who_have_them) {
   EXPECT_EQ(fleet.store(2).size(), 20U);
 }
 
-TEST(Exchange, in_a_round_points_go_to_the_anchor_alone_and_to_all_after_it) {
+TEST(Exchange, sends_points_only_to_the_anchor_until_the_round_ends) {
   LinkSettings link;
   link.loss = 0.1;
   TestFleet fleet(3, link, 1, {});
@@ -129,7 +129,7 @@ TEST(Exchange, in_a_round_points_go_to_the_anchor_alone_and_to_all_after_it) {
   EXPECT_TRUE(fleet.agree());
 }
 
-TEST(Exchange, a_narrow_link_carries_the_estimate_before_the_points_and_all_in_the_end) {
+TEST(Exchange, a_narrow_link_transfers_increments_before_points_and_finally_everything) {
   LinkSettings narrow;
   narrow.rate_Bps = 3000.0;
   narrow.queue_bytes = 8000.0;

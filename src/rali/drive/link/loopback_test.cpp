@@ -21,7 +21,7 @@ wire::Bytes message(std::size_t size, int mark = 0) {
 
 int mark_of(const Delivery& delivery) { return std::to_integer<int>(delivery.bytes->back()); }
 
-TEST(Loopback, a_message_takes_its_time_on_the_line_and_its_delay) {
+TEST(Loopback, delays_a_message_by_its_transmission_time_and_the_latency) {
   LinkSettings settings;
   settings.rate_Bps = 1000.0;
   settings.delay_s = 0.5;
@@ -39,7 +39,7 @@ TEST(Loopback, a_message_takes_its_time_on_the_line_and_its_delay) {
   EXPECT_TRUE(radio.deliver(at(99.0)).empty());
 }
 
-TEST(Loopback, a_full_queue_loses_what_comes_last) {
+TEST(Loopback, a_full_queue_drops_the_newest_messages) {
   LinkSettings settings;
   settings.rate_Bps = 1000.0;
   settings.queue_bytes = 1500.0;
@@ -52,7 +52,7 @@ TEST(Loopback, a_full_queue_loses_what_comes_last) {
   EXPECT_EQ(radio.arrived().total().bytes, 1500U);
 }
 
-TEST(Loopback, to_all_goes_over_each_link_of_its_own) {
+TEST(Loopback, a_broadcast_uses_each_link_separately) {
   Loopback radio({kA, kB, kC}, LinkSettings{}, 1);
   LinkSettings slow;
   slow.delay_s = 2.0;
@@ -68,7 +68,7 @@ TEST(Loopback, to_all_goes_over_each_link_of_its_own) {
   EXPECT_EQ(radio.sent(kB, kA).total().messages, 0U);
 }
 
-TEST(Loopback, shares_of_loss_and_repetition_are_as_set) {
+TEST(Loopback, loss_and_duplication_rates_are_as_configured) {
   LinkSettings settings;
   settings.loss = 0.3;
   settings.duplication = 0.1;
@@ -89,7 +89,7 @@ TEST(Loopback, shares_of_loss_and_repetition_are_as_set) {
   EXPECT_GT(overtaken, kMessages / 10) << "jitter must let messages overtake each other";
 }
 
-TEST(Loopback, the_same_seed_gives_the_same_and_a_cut_changes_no_luck_after_it) {
+TEST(Loopback, is_deterministic_per_seed_even_after_an_outage) {
   LinkSettings settings;
   settings.loss = 0.3;
   settings.duplication = 0.2;
@@ -110,7 +110,7 @@ TEST(Loopback, the_same_seed_gives_the_same_and_a_cut_changes_no_luck_after_it) 
   EXPECT_EQ(run(1, false), run(1, true));
 }
 
-TEST(Loopback, a_cut_works_one_way_and_only_in_its_time) {
+TEST(Loopback, an_outage_affects_only_its_direction_and_interval) {
   Loopback radio({kA, kB}, LinkSettings{}, 1);
   radio.cut(kA, kB, at(10.0), at(20.0));
   const auto arrives = [&radio](double t_s, VehicleId from, VehicleId to) {
@@ -124,7 +124,7 @@ TEST(Loopback, a_cut_works_one_way_and_only_in_its_time) {
   EXPECT_TRUE(arrives(20.0, kA, kB));
 }
 
-TEST(Loopback, a_killed_vehicle_neither_sends_nor_hears) {
+TEST(Loopback, a_killed_vehicle_neither_sends_nor_receives) {
   LinkSettings settings;
   settings.delay_s = 1.0;
   Loopback radio({kA, kB}, settings, 1);
@@ -140,7 +140,7 @@ TEST(Loopback, a_killed_vehicle_neither_sends_nor_hears) {
   EXPECT_EQ(radio.deliver(at(7.0)).size(), 1U);
 }
 
-TEST(Post, a_message_arrives_as_value_and_what_is_no_message_is_counted) {
+TEST(Post, delivers_a_decoded_message_and_counts_undecodable_ones) {
   Loopback radio({kA, kB}, LinkSettings{}, 1);
   fleet::RoleMessage role;
   role.term = 12;

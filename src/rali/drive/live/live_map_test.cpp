@@ -44,7 +44,7 @@ struct Received {
   std::optional<Withdrawal> withdrawn;
 };
 
-TEST(LiveMap, a_vehicle_is_in_the_map_from_the_moment_that_a_prior_joins_it) {
+TEST(LiveMap, a_vehicle_has_a_map_pose_once_a_prior_joins_it) {
   fleet::RoundsForTest options;
   options.vehicles = 2;
   options.step_sigma_m = 0.0;
@@ -59,7 +59,7 @@ TEST(LiveMap, a_vehicle_is_in_the_map_from_the_moment_that_a_prior_joins_it) {
   EXPECT_EQ(received.steps.front().reason, "joined");
 }
 
-TEST(LiveMap, a_vehicle_that_nothing_joins_has_no_pose_in_the_map) {
+TEST(LiveMap, a_vehicle_that_is_not_joined_has_no_map_pose) {
   fleet::RoundsForTest options;
   options.vehicles = 2;
   FleetForTest fleet(options);
@@ -75,8 +75,7 @@ TEST(LiveMap, a_vehicle_that_nothing_joins_has_no_pose_in_the_map) {
 }
 
 // A start pose contradicted by ranges: the first table uses the prior, later ones reject it.
-TEST(LiveMap,
-     a_vehicle_that_a_table_no_longer_holds_has_no_pose_and_is_reported_with_its_interval) {
+TEST(LiveMap, a_vehicle_removed_from_the_table_is_withdrawn_with_its_interval) {
   fleet::RoundsForTest options;
   options.vehicles = 2;
   options.step_sigma_m = 0.0;
@@ -105,7 +104,7 @@ TEST(LiveMap,
   EXPECT_LE(received.withdrawn->t_withdrawn, t_last);
 }
 
-TEST(LiveMap, what_the_frame_moves_under_a_vehicle_is_told_with_its_reason) {
+TEST(LiveMap, reports_shifts_of_the_map_pose_with_their_reason) {
   LiveMap map(1, fleet::FleetSettings{}, {});
   SerialExecutor executor;
   FleetForTest fleet({});
@@ -126,7 +125,7 @@ TEST(LiveMap, what_the_frame_moves_under_a_vehicle_is_told_with_its_reason) {
 }
 
 // After a stretch without ranges the filter shifts back by 20 m at once; the table follows later.
-TEST(LiveMap, states_what_the_filter_has_moved_beyond_its_error_and_solves_anew) {
+TEST(LiveMap, a_filter_correction_beyond_its_sigma_widens_covariance_and_solves_again) {
   constexpr int kRounds = 16;  // so many that the next table is not due for 6 s
   fleet::RoundsForTest options;
   options.vehicles = 2;
@@ -160,7 +159,7 @@ TEST(LiveMap, states_what_the_filter_has_moved_beyond_its_error_and_solves_anew)
 }
 
 // The gravity estimate improves with time: each table may rotate the map about its first pose.
-TEST(LiveMap, what_is_far_away_states_how_well_gravity_levels_the_map) {
+TEST(LiveMap, position_sigma_far_from_the_origin_includes_the_tilt_sigma) {
   fleet::FleetSettings settings;
   settings.joint.tilt_deg = 0.573;  // 10 mrad
   LiveMap map(1, settings, {});
@@ -185,7 +184,7 @@ TEST(LiveMap, what_is_far_away_states_how_well_gravity_levels_the_map) {
 }
 
 // A start in motion mistakes acceleration for gravity: the map would be off by degrees.
-TEST(LiveMap, waits_for_gravity_but_not_for_ever) {
+TEST(LiveMap, waits_for_gravity_for_at_most_10_s) {
   LiveMap map(1, fleet::FleetSettings{}, {});
   SerialExecutor executor;
   FleetForTest fleet({});

@@ -18,7 +18,7 @@ imu::RotationStudy study_of(double offset_s, double sigma_s) {
   return study;
 }
 
-TEST(TimeOffset, is_taken_only_where_it_is_certain_and_significant) {
+TEST(TimeOffset, is_applied_only_if_certain_and_significant) {
   EXPECT_EQ(judge_time_offset(study_of(0.0381, 0.001), 20.0).value_s, 0.0381);
   EXPECT_EQ(judge_time_offset(study_of(-0.0381, 0.001), 20.0).value_s, -0.0381);
   const LidarTimeOffset small = judge_time_offset(study_of(0.0099, 0.0005), 20.0);
@@ -29,7 +29,7 @@ TEST(TimeOffset, is_taken_only_where_it_is_certain_and_significant) {
   EXPECT_EQ(judge_time_offset(study_of(0.1, 0.011), 20.0).value_s, 0.0) << "sigma too large";
 }
 
-TEST(TimeOffset, says_why_there_is_none) {
+TEST(TimeOffset, reports_why_it_was_not_estimated) {
   imu::RotationStudy none;
   none.turned_rad = 0.2;
   EXPECT_NE(judge_time_offset(none, 60.0).origin.find("11 deg of turning in 60 s"),
@@ -50,7 +50,7 @@ VehicleJob job_of(const std::string& path) {
   return job;
 }
 
-TEST(TimeOffset, of_a_recording_whose_lidar_is_40_ms_early_is_found) {
+TEST(TimeOffset, is_estimated_for_a_lidar_that_is_40_ms_early) {
   const io::TestFolder folder;
   test::HallRecording recording;
   recording.duration_s = 8.0;
@@ -73,7 +73,7 @@ TEST(TimeOffset, of_a_recording_whose_lidar_is_40_ms_early_is_found) {
   EXPECT_EQ(again.estimate_s, offset.estimate_s) << "reading ahead must not change a bit";
 }
 
-TEST(TimeOffset, ends_when_the_user_stops_the_run_or_nothing_can_be_read) {
+TEST(TimeOffset, is_not_estimated_if_stopped_or_the_recording_is_unreadable) {
   const io::TestFolder folder;
   test::HallRecording recording;
   recording.duration_s = 2.0;

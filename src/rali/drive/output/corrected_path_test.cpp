@@ -35,7 +35,7 @@ vehicle::KeyframeCorrected corrected(double x_m, double y_m, double yaw_rad, dou
   return reported;
 }
 
-TEST(CorrectedPath, without_corrections_nothing_changes_to_the_last_bit) {
+TEST(CorrectedPath, is_bit_identical_without_corrections) {
   std::vector<PoseRecord> poses = {pose_at(0.0, 0.1), pose_at(1.0, 1.0 / 3.0)};
   std::vector<KeyframeRecord> keyframes = {keyframe_at(0, 0.0, 0.1)};
   correct_path({}, poses, keyframes);
@@ -43,7 +43,7 @@ TEST(CorrectedPath, without_corrections_nothing_changes_to_the_last_bit) {
   EXPECT_EQ(keyframes[0].T_local_body.p.x(), 0.1);
 }
 
-TEST(CorrectedPath, between_keyframes_the_correction_grows_with_the_way) {
+TEST(CorrectedPath, interpolates_corrections_by_distance_travelled_between_keyframes) {
   // 4 m between the keyframes, the second one moved by 0.4 m: after 1 m it is 0.1 m.
   std::vector<PoseRecord> poses = {pose_at(0.0, 0.0), pose_at(3.0, 1.0), pose_at(4.0, 4.0),
                                    pose_at(5.0, 5.0)};
@@ -63,7 +63,7 @@ TEST(CorrectedPath, between_keyframes_the_correction_grows_with_the_way) {
 
 // A vehicle at standstill for ten minutes after its last keyframe was 3 cm off with a stated sigma
 // of 1.3 cm: the odometry's, which excludes the error of the frame between the vehicles.
-TEST(CorrectedPath, after_the_last_keyframe_doubt_grows_as_the_odometry_says) {
+TEST(CorrectedPath, covariance_after_the_last_keyframe_grows_with_the_odometry) {
   std::vector<PoseRecord> poses = {pose_at(0.0, 0.0), pose_at(1.0, 1.0), pose_at(2.0, 2.0)};
   poses[1].covariance(3, 3) += 0.09;  // degenerate along x
   poses[2].covariance *= 0.5;         // ranges came
@@ -75,7 +75,7 @@ TEST(CorrectedPath, after_the_last_keyframe_doubt_grows_as_the_odometry_says) {
   EXPECT_NEAR(poses[2].covariance(3, 3), 0.04, 1e-12) << "of the way since, not of the keyframe";
 }
 
-TEST(CorrectedPath, a_standing_vehicle_does_not_creep) {
+TEST(CorrectedPath, does_not_shift_poses_at_standstill) {
   std::vector<PoseRecord> poses = {pose_at(0.0, 0.0), pose_at(60.0, 0.0), pose_at(61.0, 1.0)};
   std::vector<KeyframeRecord> keyframes = {keyframe_at(0, 0.0, 0.0), keyframe_at(1, 61.0, 1.0)};
   correct_path({{1, corrected(1.5, 0.0, 0.0, 0.01)}}, poses, keyframes);
@@ -83,7 +83,7 @@ TEST(CorrectedPath, a_standing_vehicle_does_not_creep) {
   EXPECT_NEAR(poses[2].T_local_body.p.x(), 1.5, 1e-12);
 }
 
-TEST(CorrectedPath, a_turned_keyframe_turns_what_follows_about_itself) {
+TEST(CorrectedPath, rotates_later_poses_about_a_rotated_keyframe) {
   std::vector<PoseRecord> poses = {pose_at(0.0, 0.0), pose_at(1.0, 2.0), pose_at(2.0, 3.0)};
   std::vector<KeyframeRecord> keyframes = {keyframe_at(0, 0.0, 0.0), keyframe_at(1, 1.0, 2.0)};
   correct_path({{1, corrected(2.0, 0.0, std::numbers::pi / 2.0, 0.01)}}, poses, keyframes);
@@ -91,14 +91,14 @@ TEST(CorrectedPath, a_turned_keyframe_turns_what_follows_about_itself) {
       << poses[2].T_local_body.p.transpose();
 }
 
-TEST(CorrectedPath, before_the_first_keyframe_poses_move_with_it) {
+TEST(CorrectedPath, shifts_poses_before_the_first_keyframe_with_it) {
   std::vector<PoseRecord> poses = {pose_at(0.0, -1.0), pose_at(1.0, 0.0)};
   std::vector<KeyframeRecord> keyframes = {keyframe_at(3, 1.0, 0.0)};
   correct_path({{3, corrected(0.2, 0.0, 0.0, 0.01)}}, poses, keyframes);
   EXPECT_NEAR(poses[0].T_local_body.p.x(), -0.8, 1e-12);
 }
 
-TEST(CorrectedPath, corrections_of_diverged_or_unknown_keyframes_carry_nothing) {
+TEST(CorrectedPath, ignores_corrections_of_diverged_or_unknown_keyframes) {
   std::vector<PoseRecord> poses = {pose_at(0.0, 0.0), pose_at(1.0, 1.0)};
   std::vector<KeyframeRecord> keyframes = {keyframe_at(0, 0.0, 0.0), keyframe_at(1, 1.0, 1.0)};
   keyframes[1].diverged = true;

@@ -21,7 +21,7 @@ void add(std::vector<PoseRecord>& poses, double until_s, HeldBy held_by, double 
   }
 }
 
-TEST(DegenerateFindings, say_where_the_position_rested_on_the_imu_and_what_came_of_it) {
+TEST(DegenerateFindings, report_the_degenerate_interval_and_the_resulting_position_sigma) {
   std::vector<PoseRecord> poses;
   add(poses, 40.0, HeldBy::kLidar, 0.01);
   add(poses, 48.0, HeldBy::kNothing, 0.01, 0.2);
@@ -36,7 +36,7 @@ TEST(DegenerateFindings, say_where_the_position_rested_on_the_imu_and_what_came_
   EXPECT_NE(found[0].text.find("known to 1.6 m"), std::string::npos) << found[0].text;
 }
 
-TEST(DegenerateFindings, of_a_long_stretch_are_several_none_longer_than_a_tenth) {
+TEST(DegenerateFindings, split_a_long_interval_into_parts_of_a_tenth_of_the_run) {
   std::vector<PoseRecord> poses;
   add(poses, 10.0, HeldBy::kLidar, 0.01);
   add(poses, 100.0, HeldBy::kNothing, 0.01, 0.1);
@@ -51,7 +51,7 @@ TEST(DegenerateFindings, of_a_long_stretch_are_several_none_longer_than_a_tenth)
   }
 }
 
-TEST(DegenerateFindings, are_none_where_ranges_hold_or_the_error_stays_small) {
+TEST(DegenerateFindings, are_empty_if_ranges_constrain_or_the_sigma_stays_small) {
   std::vector<PoseRecord> held, brief, standing;
   add(held, 100.0, HeldBy::kRange, 0.4);
   EXPECT_TRUE(degenerate_findings(held, "v1").empty());
@@ -65,7 +65,7 @@ TEST(DegenerateFindings, are_none_where_ranges_hold_or_the_error_stays_small) {
   EXPECT_TRUE(degenerate_findings({}, "v1").empty());
 }
 
-TEST(DegenerateFindings, a_glimpse_does_not_end_a_stretch) {
+TEST(DegenerateFindings, merge_intervals_separated_by_1_s_of_observability) {
   std::vector<PoseRecord> poses;
   add(poses, 50.0, HeldBy::kLidar, 0.01);
   add(poses, 53.0, HeldBy::kNothing, 0.01, 0.2);

@@ -13,7 +13,7 @@ vehicle::PoseEstimate pose_at(double t_s, bool degenerate, bool by_range = false
   return pose;
 }
 
-TEST(DegenerateHold, a_range_holds_for_two_seconds_then_the_imu_for_three_then_nothing) {
+TEST(DegenerateHold, is_by_range_for_2_s_then_imu_for_3_s) {
   DegenerateHold hold;
   EXPECT_EQ(hold.see(pose_at(0.0, false), true), HeldBy::kLidar);
   EXPECT_EQ(hold.see(pose_at(1.0, true, true), true), HeldBy::kRange);
@@ -24,7 +24,7 @@ TEST(DegenerateHold, a_range_holds_for_two_seconds_then_the_imu_for_three_then_n
   EXPECT_EQ(hold.see(pose_at(6.2, true, true), true), HeldBy::kRange) << "found again";
 }
 
-TEST(DegenerateHold, without_inertial_data_nothing_holds_but_standing) {
+TEST(DegenerateHold, without_inertial_data_is_by_nothing_except_at_standstill) {
   DegenerateHold hold;
   EXPECT_EQ(hold.see(pose_at(0.0, true), false), HeldBy::kNothing) << "blind from the start";
   vehicle::PoseEstimate standing = pose_at(1.0, true);
@@ -33,7 +33,7 @@ TEST(DegenerateHold, without_inertial_data_nothing_holds_but_standing) {
   EXPECT_EQ(hold.see(pose_at(1.1, true), false), HeldBy::kNothing);
 }
 
-TEST(DegenerateHold, a_diverged_pose_is_held_by_nothing) {
+TEST(DegenerateHold, is_by_nothing_for_a_diverged_pose) {
   DegenerateHold hold;
   vehicle::PoseEstimate lost = pose_at(0.0, false);
   lost.quality = vehicle::PoseQuality::kDiverged;

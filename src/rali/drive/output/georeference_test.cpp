@@ -32,7 +32,7 @@ TEST(Georeference, finds_yaw_and_translation_of_a_site) {
   EXPECT_NEAR(site->yaw_sigma_rad, 0.02 / 50.0, 2e-4);
 }
 
-TEST(Georeference, a_mark_that_is_wrong_shows_in_its_residual) {
+TEST(Georeference, a_wrong_mark_has_the_largest_residual) {
   SiteFrame truth;
   auto pairs = pairs_of(truth);
   pairs[2].p_site_m.z() += 1.0;
@@ -52,7 +52,7 @@ TEST(Georeference, weights_marks_by_their_sigma) {
   EXPECT_NEAR(site->residuals[0].residual_site_m.z(), 0.0, 1e-4);
 }
 
-TEST(Georeference, refuses_marks_without_a_heading) {
+TEST(Georeference, refuses_marks_too_close_together_for_a_heading) {
   std::vector<MarkPair> pairs;
   for (int i = 0; i < 3; ++i) {
     const Vec3 p(0.1 * i, 0.0, 0.0);
@@ -64,7 +64,7 @@ TEST(Georeference, refuses_marks_without_a_heading) {
   EXPECT_FALSE(solve_site(std::span(pairs).first(2)));
 }
 
-TEST(Georeference, marks_are_read_with_file_and_line) {
+TEST(Georeference, reports_errors_in_marks_with_file_and_line) {
   const io::TestFolder folder;
   const std::string header = "vehicle,stamp_s,x_m,y_m,z_m,sigma_m\n";
   const std::string rows = "v1,10,691607.25,5335806.5,515,0.02\nv2,11.5,1,2,3,0.05\n";

@@ -74,7 +74,7 @@ Worst worst_of(const std::vector<PoseRecord>& poses,
 }
 
 // Straight lines between the scans would miss the shaking by 5 mm and the arc by 1 mm.
-TEST(ImuPath, follows_what_happens_between_scans) {
+TEST(ImuPath, follows_the_motion_between_scans) {
   const auto samples = samples_until(2.03, Vec3(0.02, -0.01, 0.03));
   const Worst worst = worst_of(poses_until(2.05), samples);
   const auto inside = std::count_if(samples.begin(), samples.end(),
@@ -84,7 +84,7 @@ TEST(ImuPath, follows_what_happens_between_scans) {
   EXPECT_LT(worst.rotation_rad, 1e-4) << "a bias of the gyro is spread over the interval";
 }
 
-TEST(ImuPath, leaves_out_diverged_poses_and_what_lies_outside) {
+TEST(ImuPath, omits_diverged_intervals_and_samples_outside_the_scans) {
   auto poses = poses_until(1.05);
   poses[5].quality = vehicle::PoseQuality::kDiverged;
   const auto samples = samples_until(3.0, Vec3::Zero());

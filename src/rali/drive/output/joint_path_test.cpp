@@ -5,7 +5,7 @@
 namespace rali::drive {
 namespace {
 
-TEST(JointPath, keyframes_come_back_to_odom_with_their_covariance) {
+TEST(JointPath, transforms_keyframes_and_covariances_from_map_to_odom) {
   fleet::FleetEstimate estimate;
   fleet::VehicleFrame& frame = estimate.frames.emplace_back();
   frame.vehicle = VehicleId{1};
@@ -22,7 +22,7 @@ TEST(JointPath, keyframes_come_back_to_odom_with_their_covariance) {
   EXPECT_NEAR(corrected.covariance(3, 3), 0.0, 1e-12);
 }
 
-TEST(JointPath, who_told_nothing_is_not_said_to_be_joined) {
+TEST(JointPath, puts_vehicles_without_a_path_in_groups_of_their_own) {
   fleet::FleetEstimate estimate;
   estimate.groups = {{VehicleId{1}}};
   estimate.frames.emplace_back().vehicle = VehicleId{1};

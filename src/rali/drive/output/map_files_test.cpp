@@ -11,7 +11,7 @@
 namespace rali::drive {
 namespace {
 
-TEST(MapFiles, name_the_vehicle_that_saw_a_point_first_by_time_not_by_number) {
+TEST(MapFiles, assign_a_point_to_the_vehicle_that_observed_it_first) {
   const io::TestFolder folder;
   std::vector<VehicleRun> runs;  // v2 is at 5 m at once, v1 comes to the same position 10 s later
   runs.push_back(DrivenVehicle(folder.path(), 0).drive(5.0, 10.0).finish());
@@ -55,11 +55,11 @@ std::size_t removed_of_v2(bool common_clock) {
   return numbers ? numbers->removed : 0;
 }
 
-TEST(MapFiles, leave_out_the_body_of_another_vehicle_though_it_never_left_its_place) {
+TEST(MapFiles, omit_points_on_another_vehicle_that_never_moved) {
   EXPECT_GT(removed_of_v2(true), 20U);
 }
 
-TEST(MapFiles, without_a_common_clock_nobody_knows_where_the_others_were) {
+TEST(MapFiles, without_a_common_clock_keep_points_on_other_vehicles) {
   EXPECT_EQ(removed_of_v2(false), 0U);
 }
 

@@ -23,7 +23,7 @@ nlohmann::json pair_of(const MapSummary& summary, const MapJob& job) {
   return nlohmann::json::parse(metrics_text(summary, job))["ranges"]["pairs"]["v1-läufer"];
 }
 
-TEST(Metrics, a_pair_has_the_latency_that_the_motion_of_either_vehicle_has_shown) {
+TEST(Metrics, contain_the_range_latency_estimated_by_either_vehicle_of_a_pair) {
   MapSummary summary = two_vehicles();
   EXPECT_TRUE(pair_of(summary, {})["latency_s"].is_null());
   summary.vehicles[1].input.range_latency = RangeLatency{0.046, 0.005};
@@ -35,7 +35,7 @@ TEST(Metrics, a_pair_has_the_latency_that_the_motion_of_either_vehicle_has_shown
   EXPECT_TRUE(pair_of(summary, given)["latency_sigma_s"].is_null());
 }
 
-TEST(Metrics, a_vehicle_has_the_noise_of_its_imu_as_measured_and_as_stated) {
+TEST(Metrics, contain_the_measured_and_the_stated_imu_noise) {
   MapSummary summary = two_vehicles();
   summary.vehicles[0].input.has_imu = true;
   summary.vehicles[0].imu_noise.accel_mps2_rthz = 0.108;
@@ -49,7 +49,7 @@ TEST(Metrics, a_vehicle_has_the_noise_of_its_imu_as_measured_and_as_stated) {
   EXPECT_TRUE(vehicles["läufer"]["imu_noise"].is_null()) << "no inertial data";
 }
 
-TEST(Metrics, a_frame_that_gravity_has_not_levelled_has_no_sigma_of_its_tilt) {
+TEST(Metrics, contain_no_tilt_sigma_for_an_unlevelled_frame) {
   MapSummary summary = two_vehicles();
   summary.vehicles[0].levelled = true;
   summary.vehicles[1].tilt_sigma_rad = std::numeric_limits<double>::quiet_NaN();

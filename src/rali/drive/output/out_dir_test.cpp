@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(OutDir, knows_its_own_names_and_no_others) {
+TEST(OutDir, recognises_only_its_own_output_names) {
   for (const char* name :
        {"map.pcd", "trajectory/v1.tum", "odometry/v1.cov.csv", "odometry/.v1.tum.tmp",
         "keyframes/v1/000012.pcd", "keyframes/v1/.000012.pcd.tmp", "status.json", ".map.ply.tmp"}) {
@@ -28,13 +28,13 @@ TEST(OutDir, knows_its_own_names_and_no_others) {
   }
 }
 
-TEST(OutDir, is_made_where_there_is_none) {
+TEST(OutDir, is_created_if_missing) {
   const io::TestFolder folder;
   EXPECT_TRUE(prepare_out_dir(folder.path("a/b/out"), false));
   EXPECT_TRUE(fs::is_directory(folder.path("a/b/out")));
 }
 
-TEST(OutDir, that_is_not_empty_is_refused_in_the_words_of_the_manual) {
+TEST(OutDir, that_is_not_empty_is_refused_with_the_documented_message) {
   const io::TestFolder folder;
   folder.write("something", "x");
   const Status status = prepare_out_dir(folder.path(), false);
@@ -45,7 +45,7 @@ TEST(OutDir, that_is_not_empty_is_refused_in_the_words_of_the_manual) {
                                           "--overwrite (removes only what rali wrote).");
 }
 
-TEST(OutDir, loses_only_what_rali_wrote) {
+TEST(OutDir, overwrite_removes_only_files_that_rali_wrote) {
   const io::TestFolder folder;
   fs::create_directories(folder.path("trajectory"));
   fs::create_directories(folder.path("keyframes/v1"));
@@ -62,7 +62,7 @@ TEST(OutDir, loses_only_what_rali_wrote) {
   EXPECT_TRUE(fs::exists(folder.path("trajectory/mine.txt")));
 }
 
-TEST(OutDir, of_someone_else_is_not_touched_even_with_overwrite) {
+TEST(OutDir, of_another_program_is_not_changed_even_with_overwrite) {
   const io::TestFolder folder;
   folder.write("map.pcd", "a map from elsewhere");
   EXPECT_FALSE(prepare_out_dir(folder.path(), true));
@@ -71,7 +71,7 @@ TEST(OutDir, of_someone_else_is_not_touched_even_with_overwrite) {
   EXPECT_TRUE(fs::exists(folder.path("map.pcd")));
 }
 
-TEST(OutDir, leaves_what_links_point_to_alone) {
+TEST(OutDir, overwrite_does_not_follow_symbolic_links) {
   const io::TestFolder elsewhere, folder;
   elsewhere.write("v1.tum", "precious");
   ASSERT_TRUE(write_status(folder.path(), "complete", true));
@@ -85,7 +85,7 @@ TEST(OutDir, that_is_a_file_is_refused) {
   EXPECT_FALSE(prepare_out_dir(folder.write("out", "x"), true));
 }
 
-TEST(OutDir, below_a_file_is_a_mistake_of_the_command_line) {
+TEST(OutDir, below_a_file_is_a_usage_error) {
   const io::TestFolder folder;
   folder.write("notes.txt", "mine");
   const Status status = prepare_out_dir(folder.path("notes.txt/out/deep"), true);
@@ -94,13 +94,13 @@ TEST(OutDir, below_a_file_is_a_mistake_of_the_command_line) {
   EXPECT_NE(status.error().what.find("notes.txt is a file, not a folder"), std::string::npos);
 }
 
-TEST(OutDir, where_the_machine_lets_nobody_write_is_a_fault_of_the_machine) {
+TEST(OutDir, that_cannot_be_created_is_a_machine_error) {
   const Status status = prepare_out_dir("/proc/rali/out", false);
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().code, ErrorCode::kMachine);
 }
 
-TEST(Status, holds_the_hash_of_every_output_but_the_exempt_ones) {
+TEST(Status, contains_the_hash_of_every_output_except_exempt_ones) {
   const io::TestFolder folder;
   folder.write("map.pcd", "abc");
   folder.write("run.log", "differs");
@@ -114,7 +114,7 @@ TEST(Status, holds_the_hash_of_every_output_but_the_exempt_ones) {
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
-TEST(Status, takes_a_later_output_less_what_may_differ) {
+TEST(Status, adds_a_later_output_and_hashes_it_without_its_variable_part) {
   const io::TestFolder folder;
   folder.write("metrics.json", "{}");
   ASSERT_TRUE(write_status(folder.path(), "complete", true));
@@ -134,7 +134,7 @@ TEST(Status, takes_a_later_output_less_what_may_differ) {
   EXPECT_NE(nlohmann::json::parse(folder.read("status.json"))["files"]["report.html"], hashes[0]);
 }
 
-TEST(Status, that_is_damaged_or_absent_takes_no_output) {
+TEST(Status, is_not_extended_if_damaged_or_absent) {
   const io::TestFolder folder;
   folder.write("report.html", "x");
   EXPECT_TRUE(add_to_status(folder.path(), "report.html", "<b>", "<e>"));

@@ -37,7 +37,7 @@ TEST(Stands, last_from_the_first_node_at_rest_until_it_moves_off) {
   EXPECT_EQ(stands, (std::vector<fleet::Stand>{{kV1, at(1.0), at(8.5)}}));
 }
 
-TEST(Stands, go_on_to_the_last_sweep_but_not_across_a_gap) {
+TEST(Stands, extend_to_the_last_scan_but_not_across_a_gap) {
   EXPECT_EQ(stands_of(kV1, nodes({{1.0, true}, {6.0, true}}), at(9.0), 5.0, 3.0),
             (std::vector<fleet::Stand>{{kV1, at(1.0), at(9.0)}}));
   // A node is due every 5 s: the state between 6 and 30 s is unknown.
@@ -86,15 +86,15 @@ RoundEnd end_of_round(double path_m, const std::vector<sensor::RadioSample>& rad
   return rounds[0].ended_by;
 }
 
-TEST(RoundEnds, an_anchor_that_leaves_while_the_other_explores_has_just_moved) {
+TEST(RoundEnds, an_anchor_leaving_while_the_tag_explores_is_anchor_moved) {
   EXPECT_EQ(end_of_round(20.0), RoundEnd::kAnchorMoved);
 }
 
-TEST(RoundEnds, a_tag_beyond_the_limit_has_finished) {
+TEST(RoundEnds, a_tag_beyond_the_distance_limit_is_finished) {
   EXPECT_EQ(end_of_round(40.0), RoundEnd::kFinished);
 }
 
-TEST(RoundEnds, weak_radio_is_an_end_as_well_but_only_of_this_pair) {
+TEST(RoundEnds, weak_radio_between_anchor_and_tag_is_finished) {
   std::vector<sensor::RadioSample> weak, elsewhere;
   for (double t_s = 10.0; t_s < 14.0; t_s += 0.25) {
     weak.push_back({at(t_s), kV1, kV2, -95.0});
@@ -104,7 +104,7 @@ TEST(RoundEnds, weak_radio_is_an_end_as_well_but_only_of_this_pair) {
   EXPECT_EQ(end_of_round(20.0, elsewhere), RoundEnd::kAnchorMoved);
 }
 
-TEST(RoundEnds, who_stands_to_the_end_of_its_data_was_not_relieved) {
+TEST(RoundEnds, an_anchor_standing_until_its_data_end_is_end_of_data) {
   const io::TestFolder folder;
   std::vector<VehicleRun> runs;
   runs.push_back(DrivenVehicle(folder.path(), 0).begin(2.0, true).stand(20.0).finish());
@@ -115,7 +115,7 @@ TEST(RoundEnds, who_stands_to_the_end_of_its_data_was_not_relieved) {
   EXPECT_EQ(rounds[0].ended_by, RoundEnd::kEndOfData);
 }
 
-TEST(Rounds, tell_the_frontiers_as_they_were_when_each_round_ended) {
+TEST(Rounds, list_the_frontiers_as_of_the_end_of_each_round) {
   const io::TestFolder folder;
   std::vector<VehicleRun> runs;  // v2 goes to the end of the corridor in the second round
   runs.push_back(
@@ -161,7 +161,7 @@ TEST(Rounds, tell_the_frontiers_as_they_were_when_each_round_ended) {
   EXPECT_EQ((*again)[0], (fleet::Stand{kV1, at(0.0), at(10.5)}));
 }
 
-TEST(Rounds, without_a_stand_the_frontiers_at_the_end_are_told) {
+TEST(Rounds, without_a_standstill_list_the_final_frontiers) {
   const io::TestFolder folder;
   std::vector<VehicleRun> runs;
   runs.push_back(DrivenVehicle(folder.path(), 0).begin(2.0, false).drive(12.0, 10.0).finish());
@@ -175,7 +175,7 @@ TEST(Rounds, without_a_stand_the_frontiers_at_the_end_are_told) {
   EXPECT_EQ(found->frontiers[0].round, 0U);
 }
 
-TEST(Rounds, of_a_table_outside_of_the_data_are_warned_of) {
+TEST(Rounds, from_a_table_outside_the_data_give_a_finding) {
   const io::TestFolder folder;
   const std::vector<VehicleRun> runs = two_vehicles(folder.path(), 20.0);
   RoundsJob job = job_here();
@@ -191,7 +191,7 @@ TEST(Rounds, of_a_table_outside_of_the_data_are_warned_of) {
   EXPECT_EQ(findings[0].id, "fleet.rounds_elsewhere");
 }
 
-TEST(RoundsTable, names_the_line_that_is_wrong) {
+TEST(RoundsTable, reports_the_line_of_an_error) {
   const io::TestFolder folder;
   const auto error_of = [&](const std::string& rows) {
     const auto table =
@@ -209,7 +209,7 @@ TEST(RoundsTable, names_the_line_that_is_wrong) {
   EXPECT_FALSE(read_rounds_csv(folder.path("none.csv"), kNames));
 }
 
-TEST(FinalPath, is_between_two_sweeps_and_nowhere_else) {
+TEST(FinalPath, has_poses_only_between_its_first_and_last_scan) {
   const io::TestFolder folder;
   const VehicleRun run = DrivenVehicle(folder.path(), 0).begin(2.0, false).drive(3.0, 1.0).finish();
   const FinalPath path(run.poses(), run.T_map_local());

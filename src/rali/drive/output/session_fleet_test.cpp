@@ -81,7 +81,7 @@ void write_session(Written& out) {
   }
 }
 
-TEST(Session, its_frames_give_the_final_pose_of_every_vehicle_at_every_sweep) {
+TEST(Session, transforms_give_the_final_pose_of_every_vehicle_at_every_scan) {
   Written out;
   write_session(out);
   std::map<std::pair<std::string, Time>, SE3> tf;
@@ -110,7 +110,7 @@ TEST(Session, its_frames_give_the_final_pose_of_every_vehicle_at_every_sweep) {
   EXPECT_NEAR((tf[{"v2/odom", at(16.0)}].p - frame_of_v2().p).norm(), 0.5, 1e-9);
 }
 
-TEST(Session, shows_a_growing_map_ranges_loops_and_frontiers) {
+TEST(Session, contains_a_growing_map_ranges_loops_and_frontiers) {
   Written out;
   write_session(out);
   ASSERT_EQ(out.messages["/map"].size(), 16U);

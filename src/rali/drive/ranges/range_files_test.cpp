@@ -19,7 +19,7 @@ RangeOptions two_vehicles() {
   return options;
 }
 
-TEST(RangeFiles, rows_of_all_files_come_in_order_of_time_less_the_latency) {
+TEST(RangeFiles, sorts_rows_of_all_files_by_time_minus_latency) {
   const io::TestFolder folder;
   RangeOptions options = two_vehicles();
   options.files = {folder.write("a.csv", "stamp_s,from,to,range_m\n3,v1,v2,5\n1,v2,v1,4\n"),
@@ -37,7 +37,7 @@ TEST(RangeFiles, rows_of_all_files_come_in_order_of_time_less_the_latency) {
   EXPECT_EQ(list->samples[3].t, Time::from_s(2.75));
 }
 
-TEST(RangeFiles, rows_of_strangers_are_kept_by_name_and_said_once) {
+TEST(RangeFiles, keeps_rows_of_unknown_vehicles_by_name_with_a_finding) {
   const io::TestFolder folder;
   RangeOptions options = two_vehicles();
   options.files = {folder.write(
@@ -53,7 +53,7 @@ TEST(RangeFiles, rows_of_strangers_are_kept_by_name_and_said_once) {
   EXPECT_FALSE(list->findings.empty());
 }
 
-TEST(RangeFiles, rubbish_is_an_error_of_the_input_or_a_row_less) {
+TEST(RangeFiles, refuses_invalid_files_and_skips_invalid_rows) {
   const io::TestFolder folder;
   const auto read = [&](const std::string& text) {
     RangeOptions options = two_vehicles();
@@ -76,7 +76,7 @@ TEST(RangeFiles, rubbish_is_an_error_of_the_input_or_a_row_less) {
   EXPECT_EQ(read_range_files(missing).error().code, ErrorCode::kInput);
 }
 
-TEST(RangeFiles, a_range_is_judged_by_limits_and_antennas) {
+TEST(RangeFiles, checks_ranges_against_limits_and_antennas) {
   const RangeOptions options = two_vehicles();
   sensor::RangeSample sample;
   sample.from = VehicleId{0};

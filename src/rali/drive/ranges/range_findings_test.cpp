@@ -32,7 +32,7 @@ FindingList findings_of(double first_s, double last_s) {
   return range_findings(log_of(first_s, last_s).tally(), job, reports);
 }
 
-TEST(RangeFindings, ranges_of_another_clock_are_said_to_be_of_another_clock) {
+TEST(RangeFindings, reports_ranges_stamped_by_another_clock) {
   const FindingList before = findings_of(3.0, 99.0);
   ASSERT_EQ(before.size(), 1U);
   EXPECT_EQ(before[0].id, "ranges.other_clock");
@@ -43,7 +43,7 @@ TEST(RangeFindings, ranges_of_another_clock_are_said_to_be_of_another_clock) {
   EXPECT_EQ(findings_of(3700.0, 3800.0)[0].id, "ranges.other_clock");
 }
 
-TEST(RangeFindings, a_clock_that_touches_the_data_is_not_blamed) {
+TEST(RangeFindings, does_not_report_another_clock_if_the_times_touch) {
   ASSERT_EQ(findings_of(90.0, 100.0).size(), 1U);
   EXPECT_EQ(findings_of(90.0, 100.0)[0].id, "ranges.none_used");
   EXPECT_EQ(findings_of(260.0, 300.0)[0].id, "ranges.none_used");

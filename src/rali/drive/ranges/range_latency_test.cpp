@@ -15,7 +15,7 @@ vehicle::RangeStampOffset filtered(double latency_s, double sigma_s) {
   return {-latency_s * motion / (prior + motion), 1.0 / std::sqrt(prior + motion)};
 }
 
-TEST(RangeLatency, is_what_the_motion_says_without_the_prior_of_the_filter) {
+TEST(RangeLatency, is_estimated_from_motion_without_the_prior_of_the_filter) {
   const auto latency = latency_by_motion(filtered(0.046, 0.005), kPrior_s);
   ASSERT_TRUE(latency);
   EXPECT_NEAR(latency->value_s, 0.046, 1e-12) << "the filter alone has 43 ms";
@@ -23,14 +23,14 @@ TEST(RangeLatency, is_what_the_motion_says_without_the_prior_of_the_filter) {
   EXPECT_EQ(latency_words(*latency), "46 ms, sigma 5.0 ms");
 }
 
-TEST(RangeLatency, is_not_known_where_nothing_was_learned) {
+TEST(RangeLatency, is_unknown_without_sufficient_information) {
   EXPECT_FALSE(latency_by_motion(std::nullopt, kPrior_s)) << "no range was used";
   EXPECT_FALSE(latency_by_motion(vehicle::RangeStampOffset{0.0, kPrior_s}, kPrior_s));
   EXPECT_FALSE(latency_by_motion(filtered(0.5, 0.2), kPrior_s)) << "driving away only";
   EXPECT_FALSE(latency_by_motion(vehicle::RangeStampOffset{NAN, 0.001}, kPrior_s));
 }
 
-TEST(RangeLatency, of_several_vehicles_counts_each_by_what_it_knows) {
+TEST(RangeLatency, of_several_vehicles_is_weighted_by_their_variances) {
   const std::array<std::optional<RangeLatency>, 3> vehicles = {
       RangeLatency{0.040, 0.003}, std::nullopt, RangeLatency{0.080, 0.030}};
   const auto latency = combined(vehicles);

@@ -24,7 +24,7 @@ RangeUse use_of(double t_s, RangeReason reason, double residual_m = 0.0) {
 
 const VehicleId kFirst{0}, kSecond{1};
 
-TEST(RangeLog, the_answer_that_used_a_range_beats_the_moving_one_and_that_the_standing_one) {
+TEST(RangeLog, prefers_the_result_that_used_the_range_then_the_moving_vehicle) {
   RangeLog log({"v1", "v2"});
   for (const double t_s : {1.0, 2.0, 3.0}) {
     log.add_handed(use_of(t_s, RangeReason::kNoPose).sample);
@@ -40,7 +40,7 @@ TEST(RangeLog, the_answer_that_used_a_range_beats_the_moving_one_and_that_the_st
   EXPECT_EQ(tally.total, 3U);
 }
 
-TEST(RangeLog, repeats_of_one_row_get_an_answer_each) {
+TEST(RangeLog, repeated_rows_get_one_result_each) {
   RangeLog log({"v1", "v2"});
   log.add_handed(use_of(1.0, RangeReason::kNoPose).sample);
   log.add_handed(use_of(1.0, RangeReason::kNoPose).sample);
@@ -53,7 +53,7 @@ TEST(RangeLog, repeats_of_one_row_get_an_answer_each) {
   EXPECT_EQ(log.tally().by_reason[static_cast<std::size_t>(RangeReason::kDuplicate)], 1U);
 }
 
-TEST(RangeLog, the_table_is_by_time_with_names_and_empty_cells_for_what_is_not_known) {
+TEST(RangeLog, table_is_sorted_by_time_with_empty_cells_for_unknown_values) {
   const io::TestFolder folder;
   RangeLog log({"v1", "v2"});
   log.name_strangers({{unknown_name(0).value, "v7"}});
@@ -82,7 +82,7 @@ TEST(RangeLog, the_table_is_by_time_with_names_and_empty_cells_for_what_is_not_k
             "1.000000000,v1,v2,10.0000,10.0500,-0.0500,0.1000,0.0200,,1,used\n");
 }
 
-TEST(RangeLog, pairs_have_the_spread_of_the_residuals_used_and_the_last_bias) {
+TEST(RangeLog, pairs_have_the_standard_deviation_of_used_residuals_and_the_last_bias) {
   RangeLog log({"v1", "v2"});
   const double residuals_m[] = {0.1, -0.1, 0.3};
   for (int i = 0; i < 3; ++i) {
@@ -99,7 +99,7 @@ TEST(RangeLog, pairs_have_the_spread_of_the_residuals_used_and_the_last_bias) {
   EXPECT_NEAR(tally.pairs[0].bias_m, 0.02, 1e-12);
 }
 
-TEST(RangeTally, names_the_commonest_refusal) {
+TEST(RangeTally, returns_the_most_common_reason_of_refusal) {
   RangeTally tally;
   EXPECT_EQ(tally.commonest_refusal(), RangeReason::kUsed) << "none";
   tally.by_reason[0] = 100;

@@ -54,7 +54,7 @@ std::vector<RangeSample> taken(RangeTopics& topics, const RecordedMessage& messa
   return samples;
 }
 
-TEST(RangeTopics, numbers_of_radios_become_antennas_of_vehicles) {
+TEST(RangeTopics, radio_numbers_are_mapped_to_antennas_of_vehicles) {
   RangeTopics topics(options(), VehicleId{0}, Duration{});
   const wire::Bytes bytes = frame(4, 7, 3.25F, 1000);
   ASSERT_TRUE(topics.wants(message_of(bytes, 5.0)));
@@ -69,7 +69,7 @@ TEST(RangeTopics, numbers_of_radios_become_antennas_of_vehicles) {
   EXPECT_EQ(samples[0].t, Time::from_s(5.0)) << "the first arrival is all that is known";
 }
 
-TEST(RangeTopics, a_radio_that_no_list_names_is_that_of_the_recording_and_its_peer_a_stranger) {
+TEST(RangeTopics, an_unlisted_sender_is_the_recording_vehicle_and_an_unlisted_peer_unknown) {
   RangeTopics topics(options(), VehicleId{1}, Duration{});
   const auto samples = taken(topics, message_of(frame(99, 12, 3.0F, 1000), 5.0));
   ASSERT_EQ(samples.size(), 1U);
@@ -79,7 +79,7 @@ TEST(RangeTopics, a_radio_that_no_list_names_is_that_of_the_recording_and_its_pe
       << "two radios of one vehicle measure no range between vehicles";
 }
 
-TEST(RangeTopics, a_message_that_arrived_late_keeps_the_time_of_its_radio) {
+TEST(RangeTopics, a_late_message_keeps_the_time_of_its_radio_clock) {
   RangeTopics by_radio(options(), VehicleId{0}, Duration{});
   auto record = options();
   record->stamp = RangeStamp::kRecord;
@@ -96,14 +96,14 @@ TEST(RangeTopics, a_message_that_arrived_late_keeps_the_time_of_its_radio) {
   EXPECT_NEAR(t_record.s(), 5.2 + 0.05 * 99, 1e-9);
 }
 
-TEST(RangeTopics, arrivals_are_moved_to_the_clock_of_the_sensors_less_the_latency) {
+TEST(RangeTopics, arrival_times_are_converted_to_the_sensor_clock_minus_latency) {
   auto o = options();
   o->latency_s = 0.1;
   RangeTopics topics(o, VehicleId{0}, Duration::from_s(1000.0));
   EXPECT_NEAR(taken(topics, message_of(frame(4, 7, 3.0F, 1000), 5.0)).at(0).t.s(), 1004.9, 1e-6);
 }
 
-TEST(RangeTopics, ranges_with_names_need_no_list_of_numbers) {
+TEST(RangeTopics, messages_with_vehicle_names_need_no_radio_numbers) {
   wire::RangeMessage range;
   range.stamp = Time::from_s(8.0);
   range.from = "v1";
@@ -132,7 +132,7 @@ TEST(RangeTopics, ranges_with_names_need_no_list_of_numbers) {
   EXPECT_EQ(take().at(0).t, Time::from_s(9.0)) << "no stamp: the recorder's";
 }
 
-TEST(RangeTopics, a_cut_message_is_an_error_and_other_topics_are_left_alone) {
+TEST(RangeTopics, refuses_truncated_messages_and_ignores_other_topics) {
   RangeTopics topics(options(), VehicleId{0}, Duration{});
   const wire::Bytes whole = frame(4, 7, 3.0F, 1000);
   for (std::size_t n = 0; n < whole.size(); ++n) {

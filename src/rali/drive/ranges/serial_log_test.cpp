@@ -79,7 +79,7 @@ TEST(SerialLog, stamps_follow_the_lower_envelope_of_the_arrivals) {
   EXPECT_GT(by_arrival->samples[200].t.s(), ranges->samples[200].t.s() - 1e-9);
 }
 
-TEST(SerialLog, ranges_stand_beside_those_of_tables) {
+TEST(SerialLog, ranges_are_merged_with_those_of_tables_by_time) {
   const io::TestFolder folder;
   RangeOptions options;
   options.names = {{"v1", {VehicleId{0}, 0}}, {"v2", {VehicleId{1}, 0}}};
@@ -93,7 +93,7 @@ TEST(SerialLog, ranges_stand_beside_those_of_tables) {
   }
 }
 
-TEST(SerialLog, refuses_what_is_no_log_with_a_sentence) {
+TEST(SerialLog, refuses_invalid_logs_with_an_explanation) {
   const io::TestFolder folder;
   const auto error_of = [&](const std::string& text) {
     const auto refused = read_serial_log(log_at(folder.write("x.log", text)), {});

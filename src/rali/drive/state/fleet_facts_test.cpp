@@ -48,7 +48,7 @@ class StatesTest : public testing::Test {
   TestFolder folder_;
 };
 
-TEST_F(StatesTest, the_union_of_two_folders_has_each_fact_once_for_any_order) {
+TEST_F(StatesTest, merges_two_folders_with_each_fact_once_in_any_order) {
   write_state(at("v1"), kA, {start_of(kA, "red"), node_of(kA, 1, 0.5), start_of(kB, "blue")});
   write_state(at("v2"), kB, {start_of(kB, "blue"), node_of(kB, 1, 2.0), node_of(kA, 1, 0.5)});
   const std::vector<std::vector<std::string>> orders = {
@@ -69,7 +69,7 @@ TEST_F(StatesTest, the_union_of_two_folders_has_each_fact_once_for_any_order) {
   }
 }
 
-TEST_F(StatesTest, numbers_that_no_folder_holds_are_counted_for_each_start) {
+TEST_F(StatesTest, counts_missing_fact_numbers_of_each_start) {
   // Of start 1 the facts 1 and 2 of 0 to 3; of start 2 the first one of 0 and 1.
   write_state(at("v1"), kA, {start_of(kA, "red"), node_of(kA, 3, 1.0), node_of(kA, 1, 0.0, 1)});
   const auto facts = read_fleet_facts({at("v1")});
@@ -77,7 +77,7 @@ TEST_F(StatesTest, numbers_that_no_folder_holds_are_counted_for_each_start) {
   EXPECT_EQ(facts->members.at(0).missing, 3U);
 }
 
-TEST_F(StatesTest, a_vehicle_between_others_that_told_nothing_has_a_place_and_a_name) {
+TEST_F(StatesTest, a_vehicle_without_facts_gets_an_entry_and_a_default_name) {
   write_state(at("v3"), {2}, {start_of(kA, "red"), start_of({2}, "green")});
   const auto facts = read_fleet_facts({at("v3")});
   ASSERT_TRUE(facts) << facts.error().message();
@@ -87,14 +87,14 @@ TEST_F(StatesTest, a_vehicle_between_others_that_told_nothing_has_a_place_and_a_
   EXPECT_TRUE(facts->members[1].facts.empty());
 }
 
-TEST_F(StatesTest, a_name_that_could_leave_the_folder_of_the_results_is_none) {
+TEST_F(StatesTest, rejects_a_vehicle_name_that_escapes_the_output_folder) {
   write_state(at("v1"), kA, {start_of(kA, "../../etc/red"), node_of(kA, 1, 0.0)});
   const auto facts = read_fleet_facts({at("v1")});
   ASSERT_TRUE(facts) << facts.error().message();
   EXPECT_EQ(facts->members.at(0).name, "vehicle_1");
 }
 
-TEST_F(StatesTest, folders_of_two_missions_contradict_each_other_in_one_sentence) {
+TEST_F(StatesTest, refuses_contradicting_folders_of_two_missions) {
   write_state(at("v1"), kA, {start_of(kA, "red"), start_of(kB, "blue")});
   write_state(at("v2"), kB, {start_of(kB, "blue", 0, 900.0)});
   EXPECT_EQ(error_of({at("v2"), at("v1")}),
@@ -106,14 +106,14 @@ TEST_F(StatesTest, folders_of_two_missions_contradict_each_other_in_one_sentence
   EXPECT_EQ(facts.error().code, ErrorCode::kInput);
 }
 
-TEST_F(StatesTest, two_fleets_whose_vehicles_have_one_name_are_told) {
+TEST_F(StatesTest, refuses_two_vehicles_with_the_same_name) {
   write_state(at("a"), kA, {start_of(kA, "red")});
   write_state(at("b"), kB, {start_of(kB, "red")});
   EXPECT_NE(error_of({at("a"), at("b")}).find("vehicles 1 and 2 are both named 'red'"),
             std::string::npos);
 }
 
-TEST_F(StatesTest, what_is_no_state_folder_or_holds_nothing_is_told_with_what_to_do) {
+TEST_F(StatesTest, refuses_a_missing_invalid_or_empty_folder_with_an_explanation) {
   fs::create_directories(at("empty"));
   EXPECT_EQ(error_of({at("none")}), at("none") + ": there is no such folder.");
   EXPECT_NE(error_of({at("empty")}).find("is no state folder of a vehicle (facts-*.log). Give"),
@@ -122,7 +122,7 @@ TEST_F(StatesTest, what_is_no_state_folder_or_holds_nothing_is_told_with_what_to
   EXPECT_NE(error_of({at("new")}).find("holds no fact"), std::string::npos);
 }
 
-TEST_F(StatesTest, a_torn_end_is_a_finding_and_the_file_stays_as_it_is) {
+TEST_F(StatesTest, reports_a_torn_end_without_changing_the_file) {
   write_state(at("v1"), kA, {start_of(kA, "red"), node_of(kA, 1, 0.0), node_of(kA, 2, 1.0)});
   const std::string file = at("v1/facts-000000.log");
   fs::resize_file(file, fs::file_size(file) - 5);
@@ -135,7 +135,7 @@ TEST_F(StatesTest, a_torn_end_is_a_finding_and_the_file_stays_as_it_is) {
   EXPECT_EQ(factlog::bytes_in(file), before);
 }
 
-TEST_F(StatesTest, a_folder_whose_vehicle_still_runs_is_read) {
+TEST_F(StatesTest, reads_the_folder_of_a_running_vehicle) {
   auto state = StateDir::open(at("v1"), kA, {kA, kB});
   ASSERT_TRUE(state.has_value());
   state->take(fleet::SaveFact{start_of(kA, "red")});

@@ -57,7 +57,7 @@ fleet::DurableRole role_of(std::uint64_t term, VehicleId candidate) {
   return durable;
 }
 
-TEST(StateDir, what_the_link_has_accepted_comes_back) {
+TEST(StateDir, restores_the_last_saved_link_state) {
   const TestFolder folder;
   {
     StateDir state = opened(folder.path());
@@ -72,7 +72,7 @@ TEST(StateDir, what_the_link_has_accepted_comes_back) {
   EXPECT_TRUE(opened(folder.path()).seen().empty()) << "a vehicle starts without them";
 }
 
-TEST(StateDir, a_new_folder_is_a_newcomer_in_epoch_0) {
+TEST(StateDir, a_new_folder_starts_in_epoch_0) {
   const TestFolder folder;
   StateDir state = opened(folder.path("v2/state"));
   const fleet::NodeStart start = state.take_start();
@@ -85,14 +85,14 @@ TEST(StateDir, a_new_folder_is_a_newcomer_in_epoch_0) {
   EXPECT_TRUE(state.take_findings().empty());
 }
 
-TEST(StateDir, each_start_is_an_epoch_of_its_own_though_nothing_was_done) {
+TEST(StateDir, every_start_gets_a_new_epoch) {
   const TestFolder folder;
   for (std::uint32_t epoch = 0; epoch < 4; ++epoch) {
     EXPECT_EQ(opened(folder.path()).epoch(), epoch);
   }
 }
 
-TEST(StateDir, facts_and_role_come_back) {
+TEST(StateDir, restores_facts_and_role) {
   const TestFolder folder;
   const fleet::FactPtr own = fact_of(kSelf, 0, 0), other = fact_of(VehicleId{2}, 7, 5);
   {
@@ -112,7 +112,7 @@ TEST(StateDir, facts_and_role_come_back) {
   EXPECT_EQ(fleet::content_hash(*start.facts[1]), fleet::content_hash(*other));
 }
 
-TEST(StateDir, every_kind_of_fact_comes_back_as_it_was) {
+TEST(StateDir, restores_every_kind_of_fact_exactly) {
   const TestFolder folder;
   Rng rng(3, "state");
   std::vector<fleet::FactPtr> facts;
@@ -135,7 +135,7 @@ TEST(StateDir, every_kind_of_fact_comes_back_as_it_was) {
   }
 }
 
-TEST(StateDir, facts_are_synced_after_half_a_second_or_64_and_a_role_at_once) {
+TEST(StateDir, syncs_facts_after_0_5_s_or_64_and_roles_at_once) {
   const TestFolder folder;
   StateDir state = opened(folder.path());
   const auto at = [](double t_s) { return Time::from_s(t_s); };
@@ -157,7 +157,7 @@ TEST(StateDir, facts_are_synced_after_half_a_second_or_64_and_a_role_at_once) {
   EXPECT_EQ(state.waiting(), 0U);
 }
 
-TEST(StateDir, a_second_process_is_refused_and_so_is_another_vehicle) {
+TEST(StateDir, refuses_a_second_process_and_another_vehicle) {
   const TestFolder folder;
   {
     const StateDir state = opened(folder.path());
@@ -174,7 +174,7 @@ void damage_role(const TestFolder& folder) {
   factlog::write_bytes(folder.path("role.slots"), factlog::Bytes(8192, std::byte{0x5A}));
 }
 
-TEST(StateDir, an_unreadable_role_votes_for_nobody_until_confirmed_and_its_epoch_is_new) {
+TEST(StateDir, an_unreadable_role_is_unconfirmed_and_starts_a_new_epoch) {
   const TestFolder folder;
   {
     StateDir state = opened(folder.path());
@@ -196,7 +196,7 @@ TEST(StateDir, an_unreadable_role_votes_for_nobody_until_confirmed_and_its_epoch
   }
 }
 
-TEST(StateDir, a_role_that_is_gone_beside_its_facts_is_unreadable) {
+TEST(StateDir, a_missing_role_beside_saved_facts_is_unconfirmed) {
   const TestFolder folder;
   {
     StateDir state = opened(folder.path());
@@ -207,7 +207,7 @@ TEST(StateDir, a_role_that_is_gone_beside_its_facts_is_unreadable) {
   EXPECT_FALSE(opened(folder.path()).take_start().durable.confirmed);
 }
 
-TEST(StateDir, facts_of_strangers_and_damaged_ones_are_left_out_and_told) {
+TEST(StateDir, drops_and_reports_damaged_facts_and_those_of_unknown_vehicles) {
   auto log = std::make_shared<factlog::MemoryLog>();
   auto slots = std::make_shared<factlog::MemorySlots>();
   {
@@ -227,7 +227,7 @@ TEST(StateDir, facts_of_strangers_and_damaged_ones_are_left_out_and_told) {
   EXPECT_EQ(findings[1].id, "log.strangers");
 }
 
-TEST(StateDir, a_disk_that_fills_refuses_fine_points_then_coarse_ones_and_increments_last) {
+TEST(StateDir, a_filling_disk_refuses_fine_points_then_coarse_points_then_increments) {
   auto log = std::make_shared<factlog::MemoryLog>(10'000);
   auto slots = std::make_shared<factlog::MemorySlots>();
   StateSettings settings;
@@ -250,7 +250,7 @@ TEST(StateDir, a_disk_that_fills_refuses_fine_points_then_coarse_ones_and_increm
   EXPECT_EQ(state->waiting(), 3U);
 }
 
-TEST(StateDir, what_could_not_be_written_is_told_once_and_tried_again) {
+TEST(StateDir, reports_a_failed_write_once_and_retries_it) {
   auto log = std::make_shared<factlog::MemoryLog>(0);
   auto slots = std::make_shared<factlog::MemorySlots>();
   auto state = StateDir::restore(log, slots, kSelf, kFleet);
@@ -268,7 +268,7 @@ TEST(StateDir, what_could_not_be_written_is_told_once_and_tried_again) {
   EXPECT_EQ(log->size(), 1U);
 }
 
-TEST(StateDir, facts_whose_sync_failed_are_written_again) {
+TEST(StateDir, writes_facts_again_after_a_failed_sync) {
   auto log = std::make_shared<factlog::MemoryLog>();
   auto slots = std::make_shared<factlog::MemorySlots>();
   auto state = StateDir::restore(log, slots, kSelf, kFleet);
@@ -284,7 +284,7 @@ TEST(StateDir, facts_whose_sync_failed_are_written_again) {
   EXPECT_EQ(log->size(), 1U);
 }
 
-TEST(StateDir, a_vehicle_whose_epochs_are_used_up_says_so) {
+TEST(StateDir, refuses_to_start_after_the_last_epoch) {
   auto log = std::make_shared<factlog::MemoryLog>();
   auto slots = std::make_shared<factlog::MemorySlots>();
   fleet::DurableRole durable;
@@ -298,7 +298,7 @@ TEST(StateDir, a_vehicle_whose_epochs_are_used_up_says_so) {
   EXPECT_EQ(beyond.error().code, ErrorCode::kInput);
 }
 
-TEST(RoleRecord, comes_back_from_its_bytes_and_no_cut_gives_one) {
+TEST(RoleRecord, is_decoded_from_its_bytes_but_never_from_truncated_ones) {
   const RoleRecord record{kSelf, 12, role_of(1ULL << 40, VehicleId{2})};
   const wire::Bytes bytes = encode_role(record);
   EXPECT_EQ(decode_role(bytes), record);

@@ -115,7 +115,7 @@ StartPrior start_ahead(std::size_t relative_to, std::size_t path, double x_m) {
 }
 
 // Without ranges, start poses or a common clock: two recordings of different days.
-TEST(FrameSearch, joins_two_paths_by_the_places_that_both_saw) {
+TEST(FrameSearch, joins_two_paths_by_place_recognition_alone) {
   const world::World w = lane(7);
   const SE3 T_odom2_world(geometry::rotation_from_rpy(0.0, 0.0, 0.7), Vec3(5.0, -3.0, 0.1));
   const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 40.0, world::at(-4.0, 0.0, 0.0)),
@@ -131,7 +131,7 @@ TEST(FrameSearch, joins_two_paths_by_the_places_that_both_saw) {
 
 // The third is connected only to the second. Its count of evaluations restarts when the second
 // joins the first, and no new data follows.
-TEST(FrameSearch, joins_a_third_through_a_second_that_joins_late) {
+TEST(FrameSearch, joins_a_third_path_by_a_chain_of_start_poses) {
   const world::World w = lane(7);
   const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 20.0, world::at(-4.0, 0.0, 0.0)),
                                           driven(w, 1, 14.0, 34.0, world::at(-14.0, 0.0, 0.0)),
@@ -146,7 +146,7 @@ TEST(FrameSearch, joins_a_third_through_a_second_that_joins_late) {
 
 // Start poses of two vehicles relative to the first also predict their common places: no search for
 // similar places is needed.
-TEST(FrameSearch, compares_two_that_start_from_a_third_where_their_start_poses_tell) {
+TEST(FrameSearch, predicts_loop_candidates_between_two_paths_with_start_poses_from_a_third) {
   const world::World w = lane(7);
   const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 30.0, world::at(-4.0, 0.0, 0.0)),
                                           driven(w, 1, 10.0, 36.0, world::at(-10.0, 0.0, 0.0)),
@@ -164,7 +164,7 @@ TEST(FrameSearch, compares_two_that_start_from_a_third_where_their_start_poses_t
 }
 
 // There is a wall above the opening that both have driven through: their radios range through it.
-TEST(FrameSearch, ranges_through_walls_do_not_keep_apart_what_scans_have_joined) {
+TEST(FrameSearch, joins_paths_by_scans_despite_contradicting_ranges_through_walls) {
   world::World w = lane(7);
   w.push_back({{29.9, -6.0, 0.0}, {30.1, -1.2, 4.0}});
   w.push_back({{29.9, 1.2, 0.0}, {30.1, 6.0, 4.0}});
@@ -187,7 +187,7 @@ TEST(FrameSearch, ranges_through_walls_do_not_keep_apart_what_scans_have_joined)
 }
 
 // Ranges that contradict in free air are no walls: it is undecided which source is right.
-TEST(FrameSearch, ranges_that_contradict_scans_in_free_air_keep_them_apart) {
+TEST(FrameSearch, does_not_join_paths_whose_line_of_sight_ranges_contradict_the_scans) {
   const world::World w = lane(7);
   const SE3 T_odom1_world = world::at(-4.0, 0.0, 0.0);
   const SE3 T_odom2_world(geometry::rotation_from_rpy(0.0, 0.0, 0.7), Vec3(5.0, -3.0, 0.1));
@@ -201,7 +201,7 @@ TEST(FrameSearch, ranges_that_contradict_scans_in_free_air_keep_them_apart) {
 
 // A measured start pose connects two vehicles at once; ranges that contradict it and the scans
 // alike are wrong themselves.
-TEST(FrameSearch, ranges_that_contradict_a_start_pose_and_scans_do_not_undo_it) {
+TEST(FrameSearch, keeps_a_start_pose_confirmed_by_scans_against_contradicting_ranges) {
   const world::World w = lane(7);
   const SE3 T_odom1_world = world::at(-4.0, 0.0, 0.0);
   const SE3 T_odom2_world(geometry::rotation_from_rpy(0.0, 0.0, 0.7), Vec3(5.0, -3.0, 0.1));
@@ -223,7 +223,7 @@ FoundFrames searched(const std::vector<VehiclePath>& paths, const std::vector<St
 
 // Measured from the wrong side of the vehicle: no scan fits, and the rays of each pass through
 // walls of the other.
-TEST(FrameSearch, a_start_pose_that_all_scans_contradict_is_left_out_and_places_join_the_paths) {
+TEST(FrameSearch, rejects_a_start_pose_that_scans_contradict_and_joins_by_place_recognition) {
   const world::World w = lane(7);
   const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 40.0, world::at(-4.0, 0.0, 0.0)),
                                           driven(w, 1, 56.0, 12.0, world::at(5.0, -3.0, 40.0))};
@@ -239,7 +239,7 @@ TEST(FrameSearch, a_start_pose_that_all_scans_contradict_is_left_out_and_places_
   EXPECT_NEAR((T.p - Vec3(52.0, 0.0, 0.0)).norm(), 0.0, 0.1);
 }
 
-TEST(FrameSearch, a_right_start_pose_is_contradicted_nowhere) {
+TEST(FrameSearch, reports_no_contradiction_for_a_correct_start_pose) {
   const world::World w = lane(7);
   const std::vector<VehiclePath> paths = {driven(w, 0, 4.0, 40.0, world::at(-4.0, 0.0, 0.0)),
                                           driven(w, 1, 56.0, 12.0, world::at(5.0, -3.0, 40.0))};
@@ -258,7 +258,7 @@ TEST(FrameSearch, a_right_start_pose_is_contradicted_nowhere) {
 }
 
 // Every door looks like the next one: the similar place is 50 m away.
-TEST(FrameSearch, does_not_join_two_parts_of_a_corridor_that_only_look_alike) {
+TEST(FrameSearch, does_not_join_two_similar_parts_of_a_corridor) {
   const world::World w = world::corridor({});
   const std::vector<VehiclePath> paths = {driven(w, 0, -45.0, -15.0, SE3{}),
                                           driven(w, 1, 5.0, 35.0, world::at(7.0, 1.0, 20.0))};
@@ -282,7 +282,7 @@ struct Meeting {
   }
 };
 
-TEST(ComparedPieces, are_compared_once_in_however_many_solutions) {
+TEST(ComparedPieces, are_registered_once_and_reused_in_later_solutions) {
   Meeting meeting;
   const PathFrames first = meeting.solve();
   const std::size_t made = meeting.compared.made();
@@ -299,7 +299,7 @@ TEST(ComparedPieces, are_compared_once_in_however_many_solutions) {
   EXPECT_LE(meeting.compared.made(), 2 * made);
 }
 
-TEST(ComparedPieces, that_are_levelled_anew_lie_to_each_other_as_they_did) {
+TEST(ComparedPieces, are_reused_after_a_tilt_of_1_mrad_but_not_10_mrad) {
   Meeting meeting;
   const PathFrames first = meeting.solve();
   const std::size_t made = meeting.compared.made();

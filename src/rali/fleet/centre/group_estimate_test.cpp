@@ -48,7 +48,7 @@ StartPrior start(double x_m, double y_m) {
   return s;
 }
 
-TEST(GroupEstimate, a_start_pose_that_fits_is_used) {
+TEST(GroupEstimate, uses_a_consistent_start_pose) {
   const FleetEstimate e = estimate({start(0.1, 3.1)});
   EXPECT_TRUE(e.rejected_starts.empty());
   EXPECT_NEAR(e.frames[1].T_map_odom.p.x(), 0.1, 1e-3);
@@ -56,7 +56,7 @@ TEST(GroupEstimate, a_start_pose_that_fits_is_used) {
 }
 
 // With two start poses 10 m apart, the vehicle was placed in the middle, with a sigma of 0.1 m.
-TEST(GroupEstimate, a_start_pose_that_all_else_denies_does_not_bend_the_paths) {
+TEST(GroupEstimate, rejects_a_start_pose_10_m_off_without_shifting_the_frames) {
   const FleetEstimate e = estimate({start(0.1, 3.1), start(10.0, 3.0)});
   EXPECT_NEAR(e.frames[1].T_map_odom.p.x(), 0.1, 1e-3);
   EXPECT_NEAR(e.frames[1].T_map_odom.p.y(), 3.1, 1e-3);
@@ -66,7 +66,7 @@ TEST(GroupEstimate, a_start_pose_that_all_else_denies_does_not_bend_the_paths) {
   EXPECT_NEAR(e.rejected_starts[0].off_m, 10.0, 1e-9);
 }
 
-TEST(GroupEstimate, a_heading_that_is_wrong_denies_a_start_pose_too) {
+TEST(GroupEstimate, rejects_a_start_pose_whose_heading_is_1_rad_off) {
   StartPrior turned = start(0.0, 3.0);
   turned.T_relative_path.R = geometry::rotation_from_rpy(0.0, 0.0, 1.0);
   const FleetEstimate e = estimate({start(0.0, 3.0), turned});
@@ -76,7 +76,7 @@ TEST(GroupEstimate, a_heading_that_is_wrong_denies_a_start_pose_too) {
 
 // Two recordings connected by places alone: without the loops that joined them the graph would have
 // no constraint between them, and no guess for further loops.
-TEST(GroupEstimate, what_joined_the_frames_is_a_loop) {
+TEST(GroupEstimate, adds_the_match_that_joined_the_frames_as_a_loop_closure) {
   const FleetEstimate e = estimate({}, {seen_at({0.0, 3.1, 0.0}, 0, 2, 0.01)});
   ASSERT_EQ(e.loops.size(), 1U);
   EXPECT_TRUE(e.loops[0].accepted) << e.loops[0].reason;
@@ -85,14 +85,14 @@ TEST(GroupEstimate, what_joined_the_frames_is_a_loop) {
   EXPECT_NEAR(e.frames[1].T_map_odom.p.y(), 3.1, 2e-3);
 }
 
-TEST(GroupEstimate, what_was_seen_with_others_is_no_loop_of_this_group) {
+TEST(GroupEstimate, ignores_matches_with_paths_outside_this_group) {
   const FleetEstimate e = estimate({}, {seen_at({0.0, 0.0, 0.0}, 4, 4, 0.01)});
   EXPECT_TRUE(e.loops.empty());
   EXPECT_NEAR(e.frames[1].T_map_odom.p.y(), 3.0, 1e-6);
 }
 
 // The result of an earlier comparison counts once.
-TEST(GroupEstimate, what_is_remembered_already_is_not_taken_anew) {
+TEST(GroupEstimate, keeps_a_remembered_loop_closure_instead_of_a_new_match) {
   LoopMemory memory;
   static_cast<void>(estimate({}, {seen_at({0.0, 3.1, 0.0}, 0, 2, 0.01)}, &memory));
   ASSERT_EQ(memory.loops.size(), 1U);

@@ -16,17 +16,17 @@ Mat6 diagonal(double rad, double m) {
   return P;
 }
 
-TEST(JointCovariance, a_path_that_nothing_has_moved_states_what_its_odometry_does) {
+TEST(JointCovariance, equals_the_odometry_covariance_where_the_graph_adds_nothing) {
   const Mat6 steps = diagonal(2e-3, 0.05), map = diagonal(1e-3, 0.02);
   EXPECT_LT((joint_covariance(steps, steps, map) - map).norm(), 1e-9);
 }
 
-TEST(JointCovariance, doubt_about_the_frame_is_added_the_looseness_of_steps_is_not) {
+TEST(JointCovariance, adds_the_frame_covariance_but_not_the_step_covariance) {
   const Mat6 frame = diagonal(0.02, 0.2), steps = diagonal(2e-3, 0.05), map = diagonal(1e-3, 0.02);
   EXPECT_LT((joint_covariance(frame + steps, steps, map) - frame - map).norm(), 1e-9);
 }
 
-TEST(JointCovariance, ranges_that_bend_the_path_put_their_own_noise_into_it) {
+TEST(JointCovariance, includes_the_noise_of_ranges_that_deform_the_path) {
   // Steps of 0.05 m and ranges of 0.05 m: half of each, 0.025 m of noise from the ranges.
   Mat6 graph = diagonal(2e-3, 0.05), steps = graph, map = diagonal(1e-3, 0.02);
   graph.diagonal().tail<3>() *= 0.5;
@@ -39,7 +39,7 @@ TEST(JointCovariance, ranges_that_bend_the_path_put_their_own_noise_into_it) {
               0.01 * graph(3, 3));
 }
 
-TEST(JointCovariance, an_open_direction_is_the_graphs_alone) {
+TEST(JointCovariance, is_that_of_the_graph_alone_in_a_degenerate_direction) {
   Mat6 graph = diagonal(2e-3, 0.05), steps = graph, map = diagonal(1e-3, 0.02);
   graph(3, 3) = 4.0;
   steps(3, 3) = map(3, 3) = 0.0;
@@ -65,7 +65,7 @@ VehiclePath straight(bool sees_x) {
   return path;
 }
 
-TEST(JointCovariance, steps_add_up_with_their_lever_arms) {
+TEST(JointCovariance, of_steps_accumulates_with_their_lever_arms) {
   JointSettings settings;
   settings.shape.shape_m = 0.01;
   settings.shape.shape_rad = 1e-3;

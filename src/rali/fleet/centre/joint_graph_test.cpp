@@ -49,7 +49,7 @@ double open_step_sigma_m(bool degenerate, const JointSettings& settings) {
 
 // One or two scans are not marked degenerate before more follow. Such a step was constrained only
 // by a sigma of 0.3 m, so ranges shifted all later nodes.
-TEST(JointGraph, a_step_that_the_lidar_leaves_open_is_held_by_inertial_data) {
+TEST(JointGraph, inertial_factors_constrain_a_step_that_is_degenerate_for_the_lidar) {
   EXPECT_LT(open_step_sigma_m(true, {}), 0.02);
   EXPECT_LT(open_step_sigma_m(false, {}), 0.02);
   JointSettings only_degenerate;
@@ -78,7 +78,7 @@ VehiclePath degenerate_path() {
 
 // A filter that used a radio at an unknown position was right to 0.2 m. Its final path, from
 // inertial data alone, was 10 m off.
-TEST(JointGraph, without_ranges_a_blind_path_stays_as_the_filter_went) {
+TEST(JointGraph, without_ranges_a_degenerate_path_follows_the_filter_estimate) {
   const std::vector<VehiclePath> paths = {degenerate_path()};
   const auto solved = [&](DegenerateSteps steps) {
     JointGraph joint(paths, {SE3{}}, {}, {}, nullptr, steps);
@@ -93,7 +93,7 @@ TEST(JointGraph, without_ranges_a_blind_path_stays_as_the_filter_went) {
 
 // A new range after a gap moves the filter along the tunnel. The bend, which rotates the vehicle
 // and shifts it across, is uncertain. Treated as motion, both would stay in the path.
-TEST(JointGraph, a_step_in_which_the_filter_was_corrected_is_no_motion) {
+TEST(JointGraph, does_not_interpret_a_filter_correction_of_odom_as_motion) {
   VehiclePath path(VehicleId{0});
   const SE3 T_moved_odom{geometry::rotation_from_rpy(0.0, 0.0, 0.1), Vec3(5.0, 0.5, 0.0)};
   for (std::uint32_t k = 0; k <= 20; ++k) {
@@ -157,7 +157,7 @@ double pulled_m(double excess_m, double stretch_sd) {
 
 // A person between two vehicles at standstill for minutes: each of thousands of ranges had so
 // little weight that no gate detected their common error. A map right to 3 mm moved by 3 cm.
-TEST(JointGraph, ranges_that_are_all_too_long_by_the_same_lose_their_weight_together) {
+TEST(JointGraph, down_weights_ranges_with_a_common_positive_error_together) {
   const double trusting_m = pulled_m(0.3, 0.0);
   EXPECT_GT(trusting_m, 0.02);
   EXPECT_LT(pulled_m(0.3, 2.0), 0.35 * trusting_m);

@@ -32,7 +32,7 @@ RangeEntry entry(double t_s, std::uint16_t from, std::uint16_t to, const Vec3& p
   return e;
 }
 
-TEST(JointRanges, one_exchange_told_by_both_ends_is_one_range) {
+TEST(JointRanges, merges_one_exchange_reported_by_both_ends_into_one_range) {
   std::vector<VehiclePath> paths = {path(1, 0.0), path(2, 3.0)};
   RangeEntry by_2 = entry(2.5, 1, 2, {2.6, 3.0, 0.0});
   by_2.sigma_m = 0.3;
@@ -49,7 +49,7 @@ TEST(JointRanges, one_exchange_told_by_both_ends_is_one_range) {
   EXPECT_DOUBLE_EQ(r.sigma_m, 0.3);
 }
 
-TEST(JointRanges, the_end_that_told_nothing_is_placed_by_its_path) {
+TEST(JointRanges, takes_the_antenna_position_of_a_silent_end_from_its_path) {
   std::vector<VehiclePath> paths = {path(1, 0.0), path(2, 3.0)};
   paths[0].add(Time{}, RangeBlock{{entry(2.5, 2, 1, {2.4, 0.0, 0.0})}});
   const JointRanges joint = join_ranges(paths);
@@ -57,7 +57,7 @@ TEST(JointRanges, the_end_that_told_nothing_is_placed_by_its_path) {
   EXPECT_NEAR(joint.ranges[0].b.p_odom_m.x(), 2.5, 1e-12);
 }
 
-TEST(JointRanges, what_is_outside_a_path_or_of_strangers_is_counted_or_left_out) {
+TEST(JointRanges, skips_ranges_outside_a_path_or_with_unknown_vehicles_or_antennas) {
   std::vector<VehiclePath> paths = {path(1, 0.0), path(2, 3.0)};
   RangeEntry no_antenna = entry(3.0, 1, 2, Vec3::Zero());
   no_antenna.to_antenna = 4;
@@ -69,7 +69,7 @@ TEST(JointRanges, what_is_outside_a_path_or_of_strangers_is_counted_or_left_out)
   EXPECT_EQ(joint.without_pose, 2U);
 }
 
-TEST(JointRanges, what_a_frozen_radio_repeats_is_left_out) {
+TEST(JointRanges, drops_values_repeated_by_a_frozen_radio_while_driving) {
   std::vector<VehiclePath> paths = {path(1, 0.0), path(2, 3.0)};
   RangeBlock block;
   for (int k = 0; k < 5; ++k) {  // v1 drives at 1 m/s, v2 has reported nothing
@@ -82,7 +82,7 @@ TEST(JointRanges, what_a_frozen_radio_repeats_is_left_out) {
   EXPECT_DOUBLE_EQ(joint.ranges[1].range_m, 3.001);
 }
 
-TEST(JointRanges, at_rest_a_value_may_repeat_itself) {
+TEST(JointRanges, keeps_repeated_values_at_standstill) {
   std::vector<VehiclePath> paths = {path(1, 0.0), path(2, 3.0)};
   RangeBlock block;
   RangeBlock of_2;

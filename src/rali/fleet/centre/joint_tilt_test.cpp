@@ -48,13 +48,13 @@ double pitch_sigma_deg(std::uint32_t nodes, bool levelled) {
 
 // Thirty factors treated as independent gave a sigma of 0.05 deg, and kept a frame 4 sigma away
 // from its true pose.
-TEST(JointTilt, a_long_path_knows_gravity_no_better_than_a_short_one) {
+TEST(JointTilt, pitch_sigma_stays_above_0_3_deg_however_long_the_path) {
   EXPECT_NEAR(pitch_sigma_deg(10, true), 0.3 * std::sqrt(2.0), 0.01);        // 1/2
   EXPECT_NEAR(pitch_sigma_deg(30, true), 0.3 * std::sqrt(3.0 / 2.0), 0.01);  // 1/2 + 1/6
   EXPECT_NEAR(pitch_sigma_deg(600, true), 0.3 * std::sqrt(31.0 / 30.0), 0.02);
 }
 
-TEST(JointTilt, a_path_without_inertial_data_knows_it_to_five_degrees) {
+TEST(JointTilt, sigma_of_pitch_is_5_deg_without_inertial_data) {
   EXPECT_NEAR(pitch_sigma_deg(30, false), 5.0, 0.1);
 }
 
@@ -79,7 +79,7 @@ VehiclePath standing_degenerate() {
 
 // An earlier round estimated a pitch of one degree with a large sigma. The accelerometer corrects
 // it in this and all later rounds. With gravity rotated with the path, it stayed at one degree.
-TEST(JointTilt, gravity_brings_a_path_back_that_a_boundary_has_tilted) {
+TEST(JointTilt, gravity_factors_correct_a_tilt_of_the_separator_prior) {
   const std::vector<VehiclePath> paths = {standing_degenerate()};
   SeparatorPrior before;
   SeparatorNode node;

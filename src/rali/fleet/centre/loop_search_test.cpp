@@ -80,7 +80,7 @@ const std::vector<places::Descriptor> kPath = {look(10), look(11), look(12), loo
 
 // The middle one of the second path is similar to the first path's 6 (0.8), and less to the true
 // match, 3 (0.6). In a row 3 has (1 + 0.6 + 1)/3, 6 has (0 + 0.8)/2.
-TEST(AlikeCandidates, neighbours_tell_which_of_two_that_look_alike_it_is) {
+TEST(AlikeCandidates, neighbouring_submaps_resolve_two_candidates_that_look_alike) {
   Pieces pieces;
   pieces.add(0, kPath);
   pieces.add(1, {look(12), look(16, 13, 0.8), look(14)});
@@ -88,7 +88,8 @@ TEST(AlikeCandidates, neighbours_tell_which_of_two_that_look_alike_it_is) {
   EXPECT_EQ(first_of(pieces.alike(1, 24), 1), 3U);
 }
 
-TEST(AlikeCandidates, neighbours_tell_on_the_way_back_as_well) {
+TEST(AlikeCandidates,
+     neighbouring_submaps_resolve_candidates_in_the_opposite_driving_direction_too) {
   Pieces pieces;
   pieces.add(0, kPath);
   pieces.add(1, {look(14), look(16, 13, 0.8), look(12)});
@@ -98,7 +99,7 @@ TEST(AlikeCandidates, neighbours_tell_on_the_way_back_as_well) {
 
 // A vehicle that passed something large: its piece is similar to no place (0.3 is below the limit
 // of a candidate), but it lies between two known ones.
-TEST(AlikeCandidates, one_that_looks_like_nothing_is_tried_where_its_row_is) {
+TEST(AlikeCandidates, pairs_a_submap_without_matching_descriptor_by_its_neighbours_matches) {
   Pieces pieces;
   pieces.add(0, kPath);
   pieces.add(1, {look(12), look(13, 77, 0.3), look(14)});
@@ -107,7 +108,7 @@ TEST(AlikeCandidates, one_that_looks_like_nothing_is_tried_where_its_row_is) {
 }
 
 // A few pieces similar to all others used up all tries, by their second and third best.
-TEST(AlikeCandidates, each_piece_has_its_best_tried_before_any_has_its_second) {
+TEST(AlikeCandidates, rank_the_best_match_of_every_submap_before_any_second_best) {
   Pieces pieces;
   const places::Descriptor plain = look(50);
   pieces.add(0, {plain, plain, plain, plain, look(11), look(12)});
@@ -118,14 +119,14 @@ TEST(AlikeCandidates, each_piece_has_its_best_tried_before_any_has_its_second) {
   EXPECT_EQ(first_of(pairs, 2), 5U);
 }
 
-TEST(AlikeCandidates, pieces_that_nothing_is_like_are_not_tried) {
+TEST(AlikeCandidates, skip_submaps_with_empty_descriptors) {
   Pieces pieces;
   pieces.add(0, kPath);
   pieces.add(1, {places::Descriptor{}, places::Descriptor{}});
   EXPECT_TRUE(pieces.alike(3, 24).empty());
 }
 
-TEST(AlikeCandidates, of_nothing_are_none) {
+TEST(AlikeCandidates, are_empty_without_pairs_of_submaps_or_a_limit_of_zero) {
   Pieces pieces;
   EXPECT_TRUE(pieces.alike(3, 24).empty());
   pieces.add(0, kPath);

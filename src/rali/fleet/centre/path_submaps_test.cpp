@@ -30,7 +30,7 @@ std::vector<PathSubmap> cut(const VehiclePath& path) {
   return cut_into_submaps({&path, 1}, CutSettings{}, places::PlacesSettings{}, executor);
 }
 
-TEST(PathSubmaps, of_8_m_begin_every_4_m) {
+TEST(PathSubmaps, of_8_m_length_start_every_4_m) {
   std::vector<double> x_m;
   for (int k = 0; k <= 16; ++k) x_m.push_back(k);
   const std::vector<PathSubmap> pieces = cut(path_at(x_m));
@@ -41,7 +41,7 @@ TEST(PathSubmaps, of_8_m_begin_every_4_m) {
   }
 }
 
-TEST(PathSubmaps, a_leap_of_a_path_makes_no_piece_for_each_4_m_of_it) {
+TEST(PathSubmaps, a_jump_of_the_path_does_not_multiply_the_submaps) {
   // A vehicle that has lost track, or sends wrong data, may leap as far as a message can encode.
   std::vector<double> x_m;
   for (int k = 0; k < 10; ++k) x_m.push_back(k % 2 == 0 ? 9e6 : -9e6);

@@ -51,13 +51,13 @@ class RefusedLoops : public ::testing::Test {
   FrameSolver evidence{init, stream_of(paths[0])};
 };
 
-TEST_F(RefusedLoops, that_all_say_otherwise_deny_a_start_pose) {
+TEST_F(RefusedLoops, that_agree_override_a_contradicting_start_pose) {
   EXPECT_NEAR(left_m(), 6.0, 1e-3) << "the start pose alone";
   EXPECT_EQ(denying({refused(2), refused(4), refused(6), refused(8)}), 4U);
   EXPECT_NEAR(left_m(), 3.0, 0.02);
 }
 
-TEST_F(RefusedLoops, deny_nothing_where_the_other_place_fits_too) {
+TEST_F(RefusedLoops, keep_a_start_pose_that_an_accepted_loop_confirms) {
   LoopVerdict there = refused(5);
   there.T_from_to.p.y() = 6.0;
   there.accepted = true;
@@ -65,12 +65,12 @@ TEST_F(RefusedLoops, deny_nothing_where_the_other_place_fits_too) {
   EXPECT_NEAR(left_m(), 6.0, 1e-3);
 }
 
-TEST_F(RefusedLoops, deny_nothing_if_they_are_few_or_within_one_path) {
+TEST_F(RefusedLoops, do_not_count_if_few_or_within_one_path) {
   EXPECT_EQ(denying({refused(2), refused(4)}), 0U);
   EXPECT_EQ(denying({refused(2, 1, 1), refused(4, 1, 1), refused(6, 1, 1)}), 0U);
 }
 
-TEST_F(RefusedLoops, are_not_comparisons_that_found_nothing) {
+TEST_F(RefusedLoops, do_not_include_comparisons_without_a_match) {
   LoopVerdict nothing = refused(2);
   nothing.reason = "no_match:overlap";
   EXPECT_EQ(denying({nothing, nothing, nothing, nothing}), 0U);

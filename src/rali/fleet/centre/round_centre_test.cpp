@@ -64,7 +64,7 @@ void expect_equal(const Both& both, double last_m) {
   EXPECT_GT(moved_m, 1e-4) << "later rounds say nothing about earlier ones: nothing is tested";
 }
 
-TEST(RoundCentre, a_third_round_on_the_boundary_is_as_if_all_were_solved_at_once) {
+TEST(RoundCentre, three_rounds_with_separator_priors_equal_one_batch_solution) {
   FleetSettings settings = exact_rounds();
   settings.joint.steps = StepWeight::kIsotropic;
   const Both both = by_rounds_and_at_once({}, settings, 3);
@@ -73,7 +73,7 @@ TEST(RoundCentre, a_third_round_on_the_boundary_is_as_if_all_were_solved_at_once
   expect_equal(both, 1e-3);
 }
 
-TEST(RoundCentre, speeds_and_biases_of_blind_rounds_go_on_over_the_boundary) {
+TEST(RoundCentre, separator_priors_carry_velocities_and_biases_through_degenerate_rounds) {
   RoundsForTest options;
   options.degenerate = true;
   const Both both = by_rounds_and_at_once(options, exact_rounds(), 3);
@@ -87,7 +87,7 @@ TEST(RoundCentre, speeds_and_biases_of_blind_rounds_go_on_over_the_boundary) {
   }
 }
 
-TEST(RoundCentre, an_estimate_within_a_round_leaves_its_end_as_it_is) {
+TEST(RoundCentre, intermediate_estimates_do_not_change_the_solution_at_the_round_end) {
   SerialExecutor executor;
   FleetForTest fleet({});
   RoundCentre once(exact_rounds(), fleet.knowledge()), often(exact_rounds(), fleet.knowledge());
@@ -108,7 +108,7 @@ TEST(RoundCentre, an_estimate_within_a_round_leaves_its_end_as_it_is) {
   }
 }
 
-TEST(RoundCentre, sixty_rounds_cost_each_what_the_third_did) {
+TEST(RoundCentre, cost_per_round_stays_constant_over_60_rounds) {
   RoundsForTest options;
   options.to_and_fro = true;
   FleetForTest fleet(options);
@@ -141,7 +141,7 @@ TEST(RoundCentre, sixty_rounds_cost_each_what_the_third_did) {
   EXPECT_EQ(centre.work().rounds, 59U);
 }
 
-TEST(RoundCentre, who_comes_to_an_old_boundary_solves_what_came_since) {
+TEST(RoundCentre, taking_over_an_old_separator_prior_solves_only_the_rounds_since) {
   SerialExecutor executor;
   FleetForTest fleet({});
   RoundCentre first(exact_rounds(), fleet.knowledge()), heir(exact_rounds(), fleet.knowledge());
@@ -254,7 +254,7 @@ RoundCentre through_a_room(const Room& room, bool solved = true) {
   return centre;
 }
 
-TEST(RoundCentre, a_loop_to_an_earlier_round_that_does_not_fit_solves_everything_again) {
+TEST(RoundCentre, an_inconsistent_loop_to_an_earlier_round_triggers_a_full_solution) {
   const RoundCentre centre = through_a_room({});
   EXPECT_EQ(centre.work().whole, 2U);
   const auto& keyframes = centre.last().keyframes;
@@ -265,7 +265,7 @@ TEST(RoundCentre, a_loop_to_an_earlier_round_that_does_not_fit_solves_everything
                           [](const LoopVerdict& loop) { return loop.accepted; }));
 }
 
-TEST(RoundCentre, a_loop_into_the_last_round_is_solved_on_the_boundary_before_it) {
+TEST(RoundCentre, a_loop_into_the_last_round_reopens_only_that_round) {
   const RoundCentre back = through_a_room({.rounds_before = 3});
   EXPECT_EQ(back.work().whole, 1U) << "the first estimate";
   EXPECT_EQ(back.work().reopened, 1U);
@@ -288,20 +288,20 @@ TEST(RoundCentre, a_loop_into_the_last_round_is_solved_on_the_boundary_before_it
 }
 
 // The same loop, where less than the uncertainty of both poses counts as certainly wrong.
-TEST(RoundCentre, a_loop_that_would_be_refused_reopens_nothing) {
+TEST(RoundCentre, a_loop_that_would_be_rejected_reopens_no_round) {
   EXPECT_EQ(through_a_room({.rounds_before = 3}).work().reopened, 1U);
   const RoundCentre strict = through_a_room({.rounds_before = 3, .wrong_chi2 = 1e-3});
   EXPECT_EQ(strict.work().reopened, 0U);
   EXPECT_EQ(strict.work().whole, 1U);
 }
 
-TEST(RoundCentre, a_loop_that_fits_is_closed_where_that_is_cheap) {
+TEST(RoundCentre, a_consistent_loop_reopens_only_recent_rounds) {
   EXPECT_EQ(through_a_room({.slip_m = 0.0, .rounds_before = 3}).work().reopened, 1U);
   EXPECT_EQ(through_a_room({.slip_m = 0.0, .rounds_before = 3, .near_rounds = 0}).work().reopened,
             0U);
 }
 
-TEST(RoundCentre, a_loop_that_fits_changes_nothing_unless_the_paper_wants_it) {
+TEST(RoundCentre, a_consistent_loop_triggers_a_full_solution_only_in_paper_mode) {
   EXPECT_EQ(through_a_room({0.0, ReopenBy::kMisfit}).work().whole, 1U);
   EXPECT_EQ(through_a_room({0.0, ReopenBy::kAny}).work().whole, 2U);
 }
@@ -333,7 +333,7 @@ void expect_same(const FleetEstimate& a, const FleetEstimate& b, int at) {
   EXPECT_EQ(a.loops.size(), b.loops.size()) << at;
 }
 
-TEST(RoundCentre, a_solution_that_is_given_up_anywhere_leaves_all_as_it_was) {
+TEST(RoundCentre, cancelling_a_solution_at_any_point_leaves_the_state_unchanged) {
   for (const int kept : {100, 0}) {
     const RoundCentre begin = through_a_room({.rounds_before = 3, .kept = kept}, false);
     SerialExecutor executor;

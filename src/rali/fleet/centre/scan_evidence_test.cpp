@@ -24,27 +24,27 @@ Mat6 degenerate_along(const Vec3& axis, double yaw_per_m) {
   return I - Iu * Iu.transpose() / u.dot(Iu);
 }
 
-TEST(Slide, is_what_leads_along_the_direction_that_is_not_known) {
+TEST(Slide, is_the_displacement_along_the_degenerate_direction) {
   EXPECT_NEAR(slide_m(degenerate_along(Vec3::UnitX(), 0.0), {3.0, 0.4, 0.0}), 3.0, 1e-6);
   EXPECT_NEAR(slide_m(degenerate_along(Vec3::UnitY(), 0.0), {3.0, 0.4, 0.0}), 0.4, 1e-6);
 }
 
 // In a bend the position along it and the heading are coupled: the position block alone looks as if
 // all directions were observable.
-TEST(Slide, of_a_direction_that_is_tied_to_heading_is_seen) {
+TEST(Slide, includes_a_degenerate_direction_coupled_with_heading) {
   const Mat6 I = degenerate_along(Vec3::UnitX(), 0.01);
   EXPECT_GT(I(3, 3), 1.0);
   EXPECT_NEAR(slide_m(I, {3.0, 0.0, 0.0}), 3.0, 1e-3);
 }
 
-TEST(Slide, of_a_loop_that_claims_all_is_none_and_of_one_that_claims_nothing_all) {
+TEST(Slide, is_zero_with_full_information_and_complete_with_zero_information) {
   Mat6 I = Mat6::Identity();
   I *= 1e4;
   EXPECT_EQ(slide_m(I, {5.0, 5.0, 5.0}), 0.0);
   EXPECT_NEAR(slide_m(Mat6::Zero(), {3.0, 4.0, 0.0}), 5.0, 1e-9);
 }
 
-TEST(Bend, what_is_open_by_a_metre_is_off_by_that_share_across_and_turned) {
+TEST(Bend, widens_lateral_and_yaw_sigma_in_proportion_to_the_degenerate_uncertainty) {
   const Mat6 I = degenerate_along(Vec3::UnitX(), 0.0);
   const geometry::Mat3 place_m2 = Vec3(9.0, 9.0, 9.0).asDiagonal();
   const Mat6 bent = with_bend(I, place_m2, 0.01);
@@ -53,7 +53,7 @@ TEST(Bend, what_is_open_by_a_metre_is_off_by_that_share_across_and_turned) {
   EXPECT_NEAR(bent(3, 3), 0.0, 1e-9) << "nothing is learned along it";
 }
 
-TEST(Bend, changes_nothing_of_what_leaves_nothing_open) {
+TEST(Bend, leaves_fully_observable_information_unchanged) {
   Mat6 I = Mat6::Zero();
   I.diagonal() << 1e6, 1e6, 1e6, 1e4, 1e4, 1e4;
   const geometry::Mat3 place_m2 = Vec3(9.0, 9.0, 9.0).asDiagonal();
@@ -64,7 +64,7 @@ TEST(Bend, changes_nothing_of_what_leaves_nothing_open) {
 
 // Each comparison in a tunnel finds its axis to a few milliradians. Two of them must not fix the
 // position along it like two crossing lines.
-TEST(Bend, comparisons_whose_open_directions_differ_do_not_tell_the_place_along_them) {
+TEST(Bend, two_matches_with_slightly_different_degenerate_axes_stay_degenerate_along_both) {
   const double place_m = 3.0;
   const geometry::Mat3 place_m2 = place_m * place_m * geometry::Mat3::Identity();
   const auto along = [](double yaw_rad) {
@@ -100,7 +100,7 @@ class Agrees : public ::testing::Test {
 };
 
 // 1 cm and no drift: 16 is 4 sigma, 4 cm.
-TEST_F(Agrees, with_frames_that_have_it_where_it_was_seen) {
+TEST_F(Agrees, with_frames_within_4_sigma_of_the_registration) {
   EXPECT_TRUE(at(placed(2.0, 0.0)));
   EXPECT_TRUE(at(placed(2.03, 0.0)));
   EXPECT_FALSE(at(placed(2.05, 0.0)));
@@ -108,14 +108,14 @@ TEST_F(Agrees, with_frames_that_have_it_where_it_was_seen) {
   EXPECT_FALSE(at(placed(-2.0, 0.0)));
 }
 
-TEST_F(Agrees, along_what_it_does_not_claim_with_anything) {
+TEST_F(Agrees, with_any_offset_along_a_degenerate_direction) {
   found_.recognition.certainty = places::Certainty::kAlongAxis;
   found_.recognition.placements.front().registration.information(3, 3) = 0.0;
   EXPECT_TRUE(at(placed(7.0, 0.0)));
   EXPECT_FALSE(at(placed(7.0, 0.1)));
 }
 
-TEST_F(Agrees, not_if_it_has_rivals_or_is_no_placement_or_frames_are_apart) {
+TEST_F(Agrees, not_if_ambiguous_or_empty_or_frames_are_not_joined) {
   found_.recognition.certainty = places::Certainty::kAmbiguous;
   EXPECT_FALSE(at(placed(2.0, 0.0)));
   found_.recognition.certainty = places::Certainty::kUnique;
@@ -126,7 +126,7 @@ TEST_F(Agrees, not_if_it_has_rivals_or_is_no_placement_or_frames_are_apart) {
   EXPECT_FALSE(at(placed(2.0, 0.0)));
 }
 
-TEST_F(Agrees, not_with_what_is_no_number) { EXPECT_FALSE(at(placed(std::nan(""), 0.0))); }
+TEST_F(Agrees, not_with_a_nan_pose) { EXPECT_FALSE(at(placed(std::nan(""), 0.0))); }
 
 }  // namespace
 }  // namespace rali::fleet

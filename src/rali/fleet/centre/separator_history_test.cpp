@@ -37,7 +37,7 @@ SeparatorHistory at(std::initializer_list<std::uint32_t> nodes, std::size_t maxi
   return history;
 }
 
-TEST(SeparatorHistory, goes_back_to_the_newest_that_the_node_comes_after) {
+TEST(SeparatorHistory, returns_the_newest_separator_before_the_node_and_drops_later_ones) {
   const auto paths = path();
   SeparatorHistory history = at({4, 8, 12});
   const std::vector<std::size_t> node{9};
@@ -51,7 +51,7 @@ TEST(SeparatorHistory, goes_back_to_the_newest_that_the_node_comes_after) {
   EXPECT_FALSE(history.take(paths, node, 1, ends));
 }
 
-TEST(SeparatorHistory, goes_back_so_many_steps_at_least) {
+TEST(SeparatorHistory, goes_back_at_least_the_requested_number_of_separators) {
   const auto paths = path();
   SeparatorHistory history = at({4, 8, 12});
   const std::vector<std::size_t> node{20};
@@ -61,7 +61,7 @@ TEST(SeparatorHistory, goes_back_so_many_steps_at_least) {
   EXPECT_EQ(history.size(), 0U);
 }
 
-TEST(SeparatorHistory, a_node_at_the_boundary_is_after_it) {
+TEST(SeparatorHistory, counts_a_node_on_the_separator_as_after_it) {
   const auto paths = path();
   SeparatorHistory history = at({4, 8});
   const std::vector<std::size_t> node{8};
@@ -69,7 +69,7 @@ TEST(SeparatorHistory, a_node_at_the_boundary_is_after_it) {
   EXPECT_EQ(history.take(paths, node, 1, ends)->paths[0].node, 8U);
 }
 
-TEST(SeparatorHistory, reports_where_the_last_rounds_start) {
+TEST(SeparatorHistory, reports_the_first_node_of_the_last_n_rounds) {
   const auto paths = path();
   EXPECT_EQ(at({4, 8, 12}).begins(paths, 2), std::vector<std::size_t>{8});
   EXPECT_EQ(at({4, 8, 12}).begins(paths, 9), std::vector<std::size_t>{4});
@@ -77,7 +77,7 @@ TEST(SeparatorHistory, reports_where_the_last_rounds_start) {
   EXPECT_TRUE(at({}).begins(paths, 3).empty());
 }
 
-TEST(SeparatorHistory, forgets_the_oldest_beyond_its_max) {
+TEST(SeparatorHistory, drops_the_oldest_beyond_its_maximum) {
   SeparatorHistory history = at({2, 4, 6, 8}, 2);
   EXPECT_EQ(history.size(), 2U);
   const auto paths = path();
@@ -86,7 +86,7 @@ TEST(SeparatorHistory, forgets_the_oldest_beyond_its_max) {
   EXPECT_EQ(at({2, 4}, 0).size(), 0U);
 }
 
-TEST(SeparatorHistory, keeps_what_the_next_anchor_has_left_where_it_was) {
+TEST(SeparatorHistory, keeps_only_separators_whose_keyframes_moved_less_than_the_tolerance) {
   const auto paths = path();
   FleetEstimate reported;
   for (std::uint32_t k = 0; k <= 20; ++k) {

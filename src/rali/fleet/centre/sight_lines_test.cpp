@@ -60,25 +60,27 @@ class SightLinesTest : public testing::Test {
   PathFrames frames_;
 };
 
-TEST_F(SightLinesTest, nothing_is_in_the_way_within_a_room) {
+TEST_F(SightLinesTest, counts_no_surface_between_two_points_in_one_room) {
   EXPECT_EQ(surfaces({1.0, 1.0, 0.8}, {5.0, 5.0, 0.9}), 0);
   EXPECT_EQ(surfaces({7.0, 1.0, 0.8}, {11.0, 5.0, 0.9}), 0);
   EXPECT_EQ(surfaces({2.0, 2.0, 0.8}, {2.0, 2.0, 0.8}), 0);
 }
 
-TEST_F(SightLinesTest, a_wall_has_a_face_in_either_room) {
+TEST_F(SightLinesTest, counts_two_surfaces_through_a_wall_mapped_from_both_sides) {
   EXPECT_EQ(surfaces({4.0, 2.0, 0.8}, {8.0, 2.5, 0.8}), 2);
   EXPECT_EQ(surfaces({8.0, 2.5, 0.8}, {4.0, 2.0, 0.8}), 2);
 }
 
-TEST_F(SightLinesTest, a_door_is_open) { EXPECT_EQ(surfaces({4.0, 5.0, 0.8}, {8.0, 5.0, 0.8}), 0); }
+TEST_F(SightLinesTest, counts_no_surface_through_an_open_door) {
+  EXPECT_EQ(surfaces({4.0, 5.0, 0.8}, {8.0, 5.0, 0.8}), 0);
+}
 
-TEST_F(SightLinesTest, who_is_in_another_frame_has_seen_nothing) {
+TEST_F(SightLinesTest, ignores_scans_of_a_vehicle_in_another_frame_group) {
   frames_.group[1] = 1;
   EXPECT_EQ(surfaces({4.0, 2.0, 0.8}, {8.0, 2.5, 0.8}), 1);
 }
 
-TEST_F(SightLinesTest, a_range_through_a_wall_is_doubted_and_others_are_not) {
+TEST_F(SightLinesTest, multiplies_the_sigma_of_a_range_through_a_wall_by_five) {
   const ranging::RangingSettings settings;
   JointRanges through = range(1.0, {4.0, 2.0, 0.8}, {8.0, 2.5, 0.8});
   suspect_through_walls(pieces_, frames_, settings, through);
@@ -91,7 +93,7 @@ TEST_F(SightLinesTest, a_range_through_a_wall_is_doubted_and_others_are_not) {
   EXPECT_EQ(free.ranges[0].sigma_m, 0.1);
 }
 
-TEST_F(SightLinesTest, who_has_driven_into_the_door_is_asked_again) {
+TEST_F(SightLinesTest, checks_line_of_sight_separately_for_each_range) {
   const ranging::RangingSettings settings;
   JointRanges joint = range(1.0, {4.0, 2.0, 0.8}, {8.0, 2.5, 0.8});
   joint.ranges.push_back(range(1.1, {4.0, 5.0, 0.8}, {8.0, 5.0, 0.8}).ranges[0]);
@@ -100,7 +102,7 @@ TEST_F(SightLinesTest, who_has_driven_into_the_door_is_asked_again) {
   EXPECT_FALSE(joint.ranges[1].blocked);
 }
 
-TEST_F(SightLinesTest, what_a_vehicle_doubted_more_stays_doubted) {
+TEST_F(SightLinesTest, keeps_a_larger_sigma_reported_by_the_vehicle) {
   JointRanges joint = range(1.0, {4.0, 2.0, 0.8}, {8.0, 2.5, 0.8});
   joint.ranges[0].sigma_m = 0.9;
   suspect_through_walls(pieces_, frames_, {}, joint);

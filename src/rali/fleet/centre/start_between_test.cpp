@@ -21,7 +21,7 @@ GivenStart start(int from, int to, const Vec3& p_m, double yaw_rad) {
   return out;
 }
 
-TEST(StartBetween, is_the_one_measured_or_the_same_seen_from_its_other_end) {
+TEST(StartBetween, is_the_measured_start_pose_or_its_inverse) {
   // The second faces to the left of the first: the first is 3 m to its left.
   const std::vector<GivenStart> starts{start(1, 2, {3.0, 0.0, 0.0}, 0.5 * std::numbers::pi)};
   const auto there = start_between(starts, VehicleId{1}, VehicleId{2});
@@ -35,7 +35,7 @@ TEST(StartBetween, is_the_one_measured_or_the_same_seen_from_its_other_end) {
   }
 }
 
-TEST(StartBetween, two_that_were_measured_from_a_third_know_each_other) {
+TEST(StartBetween, composes_start_poses_of_two_vehicles_measured_from_a_third) {
   // A column: all are measured from the first, none from the second to the third.
   const std::vector<GivenStart> starts{start(1, 2, {-2.0, 0.0, 0.0}, 0.0),
                                        start(1, 3, {-4.0, 0.5, 0.0}, 0.0)};
@@ -46,7 +46,7 @@ TEST(StartBetween, two_that_were_measured_from_a_third_know_each_other) {
   EXPECT_NEAR(s->sigma_rad, std::hypot(0.1, 0.1), 1e-12);
 }
 
-TEST(StartBetween, a_chain_swings_with_the_headings_of_those_between) {
+TEST(StartBetween, position_sigma_of_a_chain_includes_heading_times_lever_arm) {
   const std::vector<GivenStart> starts{start(2, 3, {5.0, 0.0, 0.0}, 0.0),
                                        start(1, 2, {2.0, 0.0, 0.0}, 0.0)};
   const auto s = start_between(starts, VehicleId{1}, VehicleId{3});
@@ -55,7 +55,7 @@ TEST(StartBetween, a_chain_swings_with_the_headings_of_those_between) {
   EXPECT_NEAR(s->sigma_m, std::hypot(0.3, 0.3, 0.1 * 5.0), 1e-12);
 }
 
-TEST(StartBetween, ends_where_nothing_leads_on) {
+TEST(StartBetween, is_empty_without_a_connecting_chain_and_takes_the_shortest_chain) {
   const std::vector<GivenStart> ring{start(1, 2, {1.0, 0.0, 0.0}, 0.0),
                                      start(2, 3, {1.0, 0.0, 0.0}, 0.0),
                                      start(3, 1, {-2.0, 0.0, 0.0}, 0.0)};

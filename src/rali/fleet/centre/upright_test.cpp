@@ -72,7 +72,7 @@ double off_deg(const Vec3& a, const Vec3& b) {
   return std::acos(std::min(1.0, a.dot(b))) / kDegree;
 }
 
-TEST(Upright, finds_up_where_a_lidar_was_held_at_20_degrees) {
+TEST(Upright, finds_the_up_direction_for_a_lidar_tilted_by_20_deg) {
   for (const SE3& T : {tilted(20, 0), tilted(0, -20), tilted(14, 14), tilted(0, 0)}) {
     const auto up = up_of(carried(world::room(), T));
     ASSERT_TRUE(up);
@@ -82,13 +82,13 @@ TEST(Upright, finds_up_where_a_lidar_was_held_at_20_degrees) {
 
 // At 45 degrees a wall is as close to z of odom as the floor: any answer there would sometimes be
 // wrong by 90 degrees.
-TEST(Upright, says_nothing_rather_than_that_a_wall_is_the_floor) {
+TEST(Upright, finds_no_up_direction_for_a_lidar_tilted_by_45_deg) {
   const SE3 T = tilted(45, 0);
   const auto up = up_of(carried(world::room(), T));
   EXPECT_FALSE(up) << off_deg(*up, T.R.col(2));
 }
 
-TEST(Upright, needs_floors_and_walls) {
+TEST(Upright, finds_no_up_direction_from_rubble_or_from_walls_alone) {
   // Slopes in all directions: a heap of rubble defines no up direction.
   std::vector<Vec3> rubble;
   Rng rng(3, "rubble");
@@ -112,14 +112,14 @@ TEST(Upright, needs_floors_and_walls) {
   EXPECT_FALSE(up_of(path_of(walls)));
 }
 
-TEST(Upright, of_rubbish_is_nothing) {
+TEST(Upright, finds_no_up_direction_without_points_or_from_nan) {
   EXPECT_FALSE(up_by_surfaces({}));
   EXPECT_FALSE(up_of(path_of({Vec3(1.0, 2.0, 3.0)})));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(up_of(path_of(std::vector<Vec3>(100, Vec3(nan, 1.0, nan)))));
 }
 
-TEST(Upright, leaves_those_alone_whom_inertial_data_told) {
+TEST(Upright, does_not_level_paths_already_levelled_by_inertial_data) {
   SerialExecutor executor;
   const SE3 T = tilted(20, 0);
   const VehiclePath reported = carried(world::room(), T, true);
@@ -132,7 +132,7 @@ TEST(Upright, leaves_those_alone_whom_inertial_data_told) {
   EXPECT_LT(off_deg(mended[1].up_odom(), T.R.col(2)), 0.5);
 }
 
-TEST(Upright, of_a_path_that_shows_nothing_stays_z) {
+TEST(Upright, leaves_a_path_without_surfaces_unlevelled) {
   SerialExecutor executor;
   const VehiclePath path = path_of({Vec3(1.0, 2.0, 3.0)});
   EXPECT_TRUE(upright({&path, 1}, CutSettings{}, {}, executor).empty());

@@ -28,13 +28,13 @@ struct Tag {
   std::uint32_t inventory = 0;
 };
 
-TEST(ExchangeBounds, what_is_kept_back_is_not_asked_for) {
+TEST(ExchangeBounds, withheld_facts_are_not_requested) {
   Tag tag;
   tag.receive(Withheld{{kPeer, 3}, {{0, 1}}});
   EXPECT_EQ(tag.lacking(3, 3), 1U);
 }
 
-TEST(ExchangeBounds, streams_without_end_are_not_remembered) {
+TEST(ExchangeBounds, the_number_of_streams_with_withheld_facts_is_bounded) {
   Tag tag;
   for (std::uint32_t epoch = 0; epoch < 3000; ++epoch)
     tag.receive(Withheld{{kPeer, epoch}, {{0, 0}}});
@@ -42,7 +42,7 @@ TEST(ExchangeBounds, streams_without_end_are_not_remembered) {
   EXPECT_EQ(tag.lacking(2999, 1), 1U);
 }
 
-TEST(ExchangeBounds, nor_are_numbers_with_gaps_without_end) {
+TEST(ExchangeBounds, the_gaps_of_withheld_numbers_are_bounded_per_stream) {
   Tag tag;
   for (std::uint32_t seq = 1; seq < 20000; seq += 2)
     tag.receive(Withheld{{kPeer, 0}, {{seq, seq}}});

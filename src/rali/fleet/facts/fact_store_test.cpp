@@ -29,7 +29,7 @@ TEST(FactStore, a_repeated_fact_is_delivered_once) {
   EXPECT_TRUE(store.take_findings().empty());
 }
 
-TEST(FactStore, another_content_under_one_name_is_reported_and_changes_nothing) {
+TEST(FactStore, reports_different_content_under_one_key_and_keeps_the_first) {
   FactStore store(kA, {kA, kB});
   store.add(fact(kB, 3, 1.0));
   const std::uint64_t before = store.hash();
@@ -41,7 +41,7 @@ TEST(FactStore, another_content_under_one_name_is_reported_and_changes_nothing) 
   EXPECT_NE(findings[0].text.find("vehicle 2, epoch 0, number 3"), std::string::npos);
 }
 
-TEST(FactStore, an_inventory_names_the_end_and_the_gaps) {
+TEST(FactStore, inventory_lists_the_end_and_the_gaps_of_each_stream) {
   FactStore store(kA, {kA, kB});
   for (const std::uint32_t seq : {0U, 1U, 4U, 7U, 8U}) store.add(fact(kB, seq));
   store.add(fact(kB, 2, 0.0, 5));
@@ -76,7 +76,7 @@ TEST(FactStore, the_order_of_arrival_changes_nothing) {
   }
 }
 
-TEST(FactStore, an_own_fact_is_kept_as_others_will_know_it) {
+TEST(FactStore, stores_an_own_fact_quantised_as_it_is_sent) {
   FactStore store(kA, {kA, kB});
   Rng rng(1);
   const Fact own{{kA, 0, 0}, Time::from_s(1.0), random_increment(rng)};
@@ -88,7 +88,7 @@ TEST(FactStore, an_own_fact_is_kept_as_others_will_know_it) {
   EXPECT_FALSE(store.add_own(Fact{{kB, 0, 0}, {}, Increment{}})) << "another's fact as own";
 }
 
-TEST(FactStore, strangers_and_floods_are_refused_and_counted) {
+TEST(FactStore, refuses_and_counts_unknown_vehicles_and_too_many_gaps_or_streams) {
   FactStore store(kA, {kA, kB}, StoreLimits{2, 3, 100});
   EXPECT_EQ(store.add(fact(VehicleId{9}, 0)), FactStore::Added::kRefused);
   for (std::uint32_t k = 1; k <= 3; ++k) {
@@ -105,7 +105,7 @@ TEST(FactStore, strangers_and_floods_are_refused_and_counted) {
   EXPECT_EQ(store.refused(), 4U);
 }
 
-TEST(Reported, rounding_twice_is_rounding_once_for_every_kind) {
+TEST(Reported, quantising_is_idempotent_for_every_kind_of_fact) {
   Rng rng(5);
   for (int k = 0; k < 20 * kBodies; ++k) {
     const Fact fact{{kA, 2, 7}, Time::from_s(3.0), random_body(rng, k % kBodies, kA)};
@@ -117,7 +117,7 @@ TEST(Reported, rounding_twice_is_rounding_once_for_every_kind) {
   }
 }
 
-TEST(Reported, what_is_not_a_number_is_not_told) {
+TEST(Reported, refuses_nan_infinite_or_inconsistent_values) {
   Rng rng(6);
   const double kNan = std::numeric_limits<double>::quiet_NaN();
   Increment step = random_increment(rng);
@@ -139,7 +139,7 @@ TEST(Reported, what_is_not_a_number_is_not_told) {
   EXPECT_NE(refused.error().message().find("number 8"), std::string::npos);
 }
 
-TEST(Reported, inertial_steps_that_no_solver_takes_are_not_told) {
+TEST(Reported, refuses_inertial_steps_with_invalid_duration_or_bias_random_walk) {
   Rng rng(7);
   const Increment good = random_increment(rng);
   ASSERT_TRUE(quantised({{kA, 0, 0}, {}, good}));
@@ -159,7 +159,7 @@ TEST(Reported, inertial_steps_that_no_solver_takes_are_not_told) {
 }
 
 // Such a step caused an internal error in every solver that received it.
-TEST(Reported, an_inertial_step_whose_covariance_is_none_is_left_out) {
+TEST(Reported, drops_an_inertial_step_with_an_indefinite_covariance) {
   Rng rng(8);
   Increment step = random_increment(rng);
   step.inertial->covariance.setIdentity();

@@ -19,13 +19,13 @@ Mat3 random_rotation(Rng& rng) {
   return geometry::so3_exp(Vec3(rng.normal(), rng.normal(), rng.normal()));
 }
 
-TEST(Rounding, a_quarter_turn_about_z_is_half_root_two_twice) {
+TEST(Rounding, a_quarter_turn_about_z_has_the_hand_computed_quaternion_code) {
   const RotationCode code = rotation_code(geometry::rotation_from_rpy(0.0, 0.0, M_PI / 2), 15);
   // q = (0.70711, 0, 0, 0.70711): of equal parts the first is omitted; 0.70711 * 32768 = 23170.5.
   EXPECT_EQ(code.largest == 0 ? code.parts[2] : code.parts[0], 23170);
 }
 
-TEST(Rounding, a_rotation_comes_back_within_its_steps) {
+TEST(Rounding, a_decoded_rotation_differs_by_less_than_the_quantisation_steps) {
   Rng rng(1);
   for (int k = 0; k < 2000; ++k) {
     const Mat3 R = random_rotation(rng);
@@ -36,7 +36,7 @@ TEST(Rounding, a_rotation_comes_back_within_its_steps) {
   }
 }
 
-TEST(Rounding, the_code_of_what_a_rotation_code_means_is_that_code_even_at_ties) {
+TEST(Rounding, re_encoding_a_decoded_rotation_gives_the_same_code_even_at_ties) {
   Rng rng(2);
   for (int k = 0; k < 3000; ++k) {
     Mat3 R = random_rotation(rng);
@@ -79,7 +79,7 @@ TEST(Rounding, a_covariance_stays_positive_close_to_full_correlation) {
   EXPECT_NEAR(determinant, 2e-6, 5e-7);
 }
 
-TEST(Rounding, a_blind_direction_of_information_stays_blind) {
+TEST(Rounding, a_degenerate_direction_of_information_stays_degenerate) {
   // 1e6 / m^2 in five directions of a rotated frame, none in the sixth.
   Rng rng(3);
   Mat6 random;
@@ -95,7 +95,7 @@ TEST(Rounding, a_blind_direction_of_information_stays_blind) {
   EXPECT_EQ(rounded, Mat6(rounded.transpose()));
 }
 
-TEST(Rounding, floats_are_rounded_even_two_at_a_time) {
+TEST(Rounding, doubles_are_rounded_to_32_and_48_bits_even_in_adjacent_pairs) {
   struct Pair {
     double a = 1e-5, b = 1e-4;
   } pair;
@@ -108,7 +108,7 @@ TEST(Rounding, floats_are_rounded_even_two_at_a_time) {
   EXPECT_EQ(rounded48(1.0 + std::ldexp(1.0, -38)), 1.0);
 }
 
-TEST(Rounding, places_on_the_curve_interleave_bits_and_come_back) {
+TEST(Rounding, morton_codes_interleave_coordinate_bits_and_decode_exactly) {
   // Offsets from the corner: x 1, y 2, z 4 -> bits x0 at 0, y1 at 4, z2 at 8.
   const PointCode corner{1 - kPointSteps, 2 - kPointSteps, 4 - kPointSteps, 0};
   EXPECT_EQ(curve_place(corner), 1U << 0 | 1U << 4 | 1U << 8);

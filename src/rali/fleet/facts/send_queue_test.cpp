@@ -35,7 +35,7 @@ Holdings has(const std::vector<std::uint32_t>& seqs) {
   return holdings;
 }
 
-TEST(SendQueue, what_the_estimate_needs_goes_first_then_the_oldest) {
+TEST(SendQueue, sends_ranges_and_increments_first_and_fine_points_last) {
   SendQueue queue{{}};
   queue.add(fact(0, points(true), 1.0), false);
   queue.add(fact(1, points(false), 1.0), false);
@@ -59,7 +59,7 @@ TEST(SendQueue, sends_no_faster_than_its_rate) {
   EXPECT_NEAR(static_cast<double>(sent), 8000.0 / size, 1.1);
 }
 
-TEST(SendQueue, what_was_asked_for_goes_as_far_as_the_credit_and_new_facts_need_none) {
+TEST(SendQueue, sends_requested_facts_within_the_credit_and_new_facts_without_credit) {
   SendQueue queue{{}};
   for (std::uint32_t seq = 0; seq < 3; ++seq) queue.add(increment(seq), true);
   queue.add(increment(9), false);
@@ -70,14 +70,14 @@ TEST(SendQueue, what_was_asked_for_goes_as_far_as_the_credit_and_new_facts_need_
   EXPECT_EQ(queue.take(Time{}).size(), 2U);
 }
 
-TEST(SendQueue, what_an_inventory_shows_is_not_sent) {
+TEST(SendQueue, does_not_send_facts_that_the_receivers_inventory_lists) {
   SendQueue queue{{}};
   for (std::uint32_t seq = 0; seq < 4; ++seq) queue.add(increment(seq), false);
   queue.confirm(has({1, 2}), Time{});
   EXPECT_EQ(numbers(queue.take(Time{})), (std::vector<std::uint32_t>{0, 3}));
 }
 
-TEST(SendQueue, a_full_link_that_loses_most_gets_a_share_of_what_came) {
+TEST(SendQueue, raises_the_rate_without_loss_and_lowers_it_after_loss) {
   ExchangeSettings settings;
   settings.rate_first_Bps = 40000.0;
   SendQueue queue(settings);

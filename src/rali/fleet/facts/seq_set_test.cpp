@@ -9,7 +9,7 @@
 namespace rali::fleet {
 namespace {
 
-TEST(SeqSet, stretches_grow_together_and_gaps_close) {
+TEST(SeqSet, inserting_the_missing_number_merges_two_intervals) {
   SeqSet set;
   EXPECT_TRUE(set.insert(2));
   EXPECT_TRUE(set.insert(4));
@@ -23,7 +23,7 @@ TEST(SeqSet, stretches_grow_together_and_gaps_close) {
   EXPECT_EQ(set.first_gap(2), std::nullopt);
 }
 
-TEST(SeqSet, agrees_with_a_plain_set_whatever_is_inserted) {
+TEST(SeqSet, agrees_with_std_set_for_random_insertions) {
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     Rng rng(seed);
     SeqSet set, other;
@@ -52,7 +52,7 @@ TEST(SeqSet, agrees_with_a_plain_set_whatever_is_inserted) {
   }
 }
 
-TEST(SeqSet, an_inventory_comes_back_and_a_contradictory_one_claims_no_more_than_it_may) {
+TEST(SeqSet, is_restored_from_an_inventory_and_truncated_at_contradictory_gaps) {
   SeqSet set;
   for (const std::uint32_t seq : {1U, 2U, 6U}) set.insert(seq);
   const StreamInventory reported{{VehicleId{1}, 0}, 7, set.gaps()};

@@ -22,7 +22,7 @@ struct Lacking {
   WantList wants{ExchangeSettings{}};
 };
 
-TEST(WantList, four_billion_numbers_kept_back_are_passed_over_at_once) {
+TEST(WantList, skips_an_interval_of_four_billion_withheld_numbers) {
   Lacking me;
   me.peer_has(0, kLast);
   me.withheld[{kPeer, 0}] = SeqSet::from({{kPeer, 0}, kLast - 2, {{5, 6}}});
@@ -30,7 +30,7 @@ TEST(WantList, four_billion_numbers_kept_back_are_passed_over_at_once) {
   EXPECT_EQ(me.wants.size(), 4U);  // 5, 6, and the two after the withheld ones
 }
 
-TEST(WantList, nothing_comes_after_the_last_number) {
+TEST(WantList, does_not_overflow_after_the_last_number) {
   Lacking me;
   me.peer_has(0, kLast);
   me.theirs[{kPeer, 0}].insert(kLast);
@@ -39,14 +39,14 @@ TEST(WantList, nothing_comes_after_the_last_number) {
   EXPECT_EQ(me.wants.size(), 0U);
 }
 
-TEST(WantList, of_few_streams_the_first_512_numbers_are_wanted) {
+TEST(WantList, requests_the_first_512_numbers_of_each_of_32_streams) {
   Lacking me;
   for (std::uint32_t epoch = 0; epoch < 32; ++epoch) me.peer_has(epoch, 100000);
   me.refresh();
   EXPECT_EQ(me.wants.size(), 32U * 512U);
 }
 
-TEST(WantList, a_thousand_streams_that_nobody_has_neither_grow_it_nor_hide_a_true_one) {
+TEST(WantList, requests_16_numbers_from_each_of_1023_streams_without_omitting_another) {
   Lacking me;
   for (std::uint32_t epoch = 0; epoch < 1023; ++epoch) me.peer_has(epoch, kLast);
   me.peer_has(5000, 3);
@@ -54,7 +54,7 @@ TEST(WantList, a_thousand_streams_that_nobody_has_neither_grow_it_nor_hide_a_tru
   EXPECT_EQ(me.wants.size(), 1023U * 16U + 3U);
 }
 
-TEST(WantList, more_streams_than_numbers_leave_one_number_to_each) {
+TEST(WantList, requests_one_number_from_each_of_20000_streams) {
   Lacking me;
   for (std::uint32_t epoch = 0; epoch < 20000; ++epoch) me.peer_has(epoch, 2);
   me.refresh();
@@ -67,7 +67,7 @@ FactPtr fact_of(std::uint32_t epoch, std::uint32_t seq) {
 
 // A fact held only by its author, and not on its disk when it stopped, stayed wanted for ever. A
 // mission that waits for all facts would never have ended.
-TEST(WantList, what_an_author_lost_in_a_restart_is_wanted_only_where_somebody_has_it) {
+TEST(WantList, requests_facts_lost_in_a_restart_only_if_a_peer_has_them) {
   Lacking me;
   me.store.add(fact_of(0, 0));
   me.store.add(fact_of(0, 3));

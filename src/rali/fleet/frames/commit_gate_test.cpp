@@ -36,7 +36,7 @@ int evaluations_until_commit(const HypothesisSet& set, double spacing_s, int max
 
 // A single similar place can give a wrong match; a rival that was also recognised once requires one
 // more match.
-TEST(CommitGate, scans_alone_want_two_views_and_one_more_for_each_against) {
+TEST(CommitGate, without_ranges_needs_two_views_and_one_more_per_contradicting_view) {
   const InitSettings settings;
   HypothesisSet set = two(10.0, 60.0);
   set.only_scans = true;
@@ -55,12 +55,12 @@ TEST(CommitGate, scans_alone_want_two_views_and_one_more_for_each_against) {
 }
 
 // T16
-TEST(CommitGate, commits_by_a_gap_of_14_and_not_by_one_of_13) {
+TEST(CommitGate, commits_at_a_chi2_gap_of_14_but_not_of_13) {
   EXPECT_EQ(evaluations_until_commit(two(10.0, 23.0), 2.0, 3), 0);
   EXPECT_EQ(evaluations_until_commit(two(10.0, 24.0), 2.0, 3), 3);
 }
 
-TEST(CommitGate, a_bad_fit_makes_the_gap_smaller_and_a_worse_one_forbids) {
+TEST(CommitGate, a_poor_fit_reduces_the_chi2_gap_and_a_worse_one_rejects) {
   const InitSettings settings;
   // chi2/dof = 1.5: a gap of 18 counts as 12.
   const HypothesisSet set = two(18.0, 36.0);
@@ -72,7 +72,7 @@ TEST(CommitGate, a_bad_fit_makes_the_gap_smaller_and_a_worse_one_forbids) {
   EXPECT_EQ(decide(bad, observability(bad, settings), 0, settings).advice, Advice::kMisfit);
 }
 
-TEST(CommitGate, ranges_better_than_their_sigma_do_not_forbid_unless_asked_for) {
+TEST(CommitGate, accepts_ranges_better_than_their_sigma_unless_fit_min_is_set) {
   // A radio with an error of 5 cm and a configured sigma of 10 cm: chi2/dof about 0.2.
   const HypothesisSet set = two(2.4, 100.0);
   EXPECT_EQ(evaluations_until_commit(set, 2.0, 3), 3);
@@ -83,12 +83,12 @@ TEST(CommitGate, ranges_better_than_their_sigma_do_not_forbid_unless_asked_for) 
   EXPECT_EQ(d.advice, Advice::kTooGood);
 }
 
-TEST(CommitGate, evaluations_nearer_than_two_seconds_are_one) {
+TEST(CommitGate, requires_evaluations_two_seconds_apart) {
   EXPECT_EQ(evaluations_until_commit(two(10.0, 30.0), 0.5, 8), 0);
   EXPECT_EQ(evaluations_until_commit(two(10.0, 30.0), 0.5, 9), 9);
 }
 
-TEST(CommitGate, begins_anew_where_the_best_has_moved_or_was_not_ready) {
+TEST(CommitGate, restarts_its_count_if_the_best_hypothesis_changes_or_is_not_ready) {
   const InitSettings settings;
   const HypothesisSet set = two(10.0, 30.0);
   const Decision ready = decide(set, observability(set, settings), 0, settings);
@@ -103,7 +103,7 @@ TEST(CommitGate, begins_anew_where_the_best_has_moved_or_was_not_ready) {
   EXPECT_FALSE(gate.evaluate(Time::from_s(8.0), ready, nullptr));
 }
 
-TEST(CommitGate, says_when_it_was_the_prior_that_decided) {
+TEST(CommitGate, reports_when_the_prior_decided) {
   const InitSettings settings;
   HypothesisSet set = two(10.0, 30.0);
   set.has_prior = true;
@@ -117,7 +117,7 @@ TEST(CommitGate, says_when_it_was_the_prior_that_decided) {
   EXPECT_TRUE(d.ready);
 }
 
-TEST(CommitGate, ranges_that_fit_nowhere_do_not_outvote_a_start_pose) {
+TEST(CommitGate, prefers_the_start_pose_if_the_ranges_fit_no_hypothesis) {
   const InitSettings settings;
   HypothesisSet set = two(100.0, 700.0);  // the better one contradicts the start pose
   set.has_prior = true;
@@ -134,7 +134,7 @@ TEST(CommitGate, ranges_that_fit_nowhere_do_not_outvote_a_start_pose) {
   EXPECT_EQ(d.chosen, 1U);
 }
 
-TEST(CommitGate, of_the_paper_waits_for_ten_keyframes_and_a_prior) {
+TEST(CommitGate, in_paper_mode_waits_for_ten_keyframes_and_a_prior) {
   const InitSettings settings = paper_init_settings();
   HypothesisSet set = two(1e4, 1e4);
   const Observability seen = observability(set, settings);

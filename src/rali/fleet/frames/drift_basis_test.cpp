@@ -28,7 +28,7 @@ std::vector<PathSample> straight(double growth_m2) {
 
 // 20 m: scale 0.5 % is 0.1 m along; a random walk of q per root metre is q sqrt(20^3 / 3) across;
 // vertically the tilt acts.
-TEST(DriftBasis, of_a_straight_way_has_the_variances_of_its_walk) {
+TEST(DriftBasis, of_a_straight_path_has_the_variances_of_its_random_walk) {
   DriftSettings settings;
   settings.segments = 32;
   const auto D = drift_basis(straight(0.0), settings);
@@ -41,7 +41,7 @@ TEST(DriftBasis, of_a_straight_way_has_the_variances_of_its_walk) {
   EXPECT_NEAR(C(2, 2), 0.25 * kDegree * kDegree * 400.0, 1e-9);
 }
 
-TEST(DriftBasis, takes_what_a_told_covariance_grows_by) {
+TEST(DriftBasis, reproduces_the_growth_of_a_reported_covariance) {
   DriftSettings settings;
   settings.scale = settings.yaw_deg_per_sqrt_m = settings.tilt_deg = 0.0;
   const auto D = drift_basis(straight(4.0), settings);
@@ -51,7 +51,7 @@ TEST(DriftBasis, takes_what_a_told_covariance_grows_by) {
   EXPECT_NEAR((D[50] * D.back().transpose())(0, 0), 2.0, 1e-9);
 }
 
-TEST(DriftBasis, of_one_who_stands_or_of_nothing_is_empty) {
+TEST(DriftBasis, has_no_columns_at_standstill_or_without_a_path) {
   EXPECT_TRUE(drift_basis({}, {}).empty());
   const std::vector<PathSample> stands(5);
   const auto D = drift_basis(stands, {});
@@ -60,7 +60,7 @@ TEST(DriftBasis, of_one_who_stands_or_of_nothing_is_empty) {
 }
 
 // The order in which pairs add samples of a path must have no effect.
-TEST(DriftBasis, follows_time_and_not_the_order_given) {
+TEST(DriftBasis, does_not_depend_on_the_order_of_the_samples) {
   std::vector<PathSample> path = straight(1.0);
   const auto forward = drift_basis(path, {});
   std::reverse(path.begin(), path.end());

@@ -63,7 +63,7 @@ double error_m(const World& w, const FrameSolver& solver, std::size_t ref, std::
 
 const VehicleNames kNames = {{VehicleId{1}, "ann"}, {VehicleId{2}, "ben"}, {VehicleId{3}, "cid"}};
 
-TEST(FrameSolver, places_one_through_another_where_it_never_heard_the_reference) {
+TEST(FrameSolver, joins_a_vehicle_through_another_without_ranges_to_the_reference) {
   World w = three();
   FrameSolver solver(InitSettings{}, w.keys[0]);
   for (std::size_t i = 0; i < 90; ++i) {
@@ -84,7 +84,7 @@ TEST(FrameSolver, places_one_through_another_where_it_never_heard_the_reference)
   EXPECT_EQ(solver.text(w.keys[2], kNames), "cid: in the frame of ann");
 }
 
-TEST(FrameSolver, keeps_groups_apart_that_nothing_joins_and_says_so) {
+TEST(FrameSolver, keeps_unconnected_groups_separate_and_reports_them) {
   World w = three();
   w.add(4, {1.0, Vec3(30, 30, 0)}, turning(-1.0, 3.0, 3.0));
   FrameSolver solver(InitSettings{}, w.keys[0]);
@@ -111,7 +111,7 @@ TEST(FrameSolver, keeps_groups_apart_that_nothing_joins_and_says_so) {
   EXPECT_LT(error_m(w, solver, 0, 1), 0.7);
 }
 
-TEST(FrameSolver, never_places_one_who_drives_straight_past_one_who_stands) {
+TEST(FrameSolver, never_joins_a_vehicle_driving_straight_past_a_standing_one) {
   World w;
   w.add(1, YawPose{}, {{0, 0}});
   w.add(2, {0.4, Vec3(4, 3, 0)}, along({{0, 0}, {30, 0}}, 0.5));
@@ -125,7 +125,7 @@ TEST(FrameSolver, never_places_one_who_drives_straight_past_one_who_stands) {
             "ben: left/right of ann unknown. Move ben off its line by 1 m");
 }
 
-TEST(FrameSolver, takes_a_prior_that_decides_and_says_that_it_did) {
+TEST(FrameSolver, uses_a_prior_with_its_sigma_and_reports_that_it_decided) {
   World w;
   w.add(1, YawPose{}, {{0, 0}});
   w.add(2, {0.4, Vec3(4, 3, 0)}, along({{0, 0}, {15, 0}}, 0.5));
@@ -163,7 +163,7 @@ TEST(FrameSolver, a_prior_alone_joins_at_once_without_a_single_range) {
   EXPECT_EQ(solver.text(w.keys[1], kNames), "ben: in the frame of ann, decided by the prior");
 }
 
-TEST(FrameSolver, ranges_that_deny_a_prior_keep_the_vehicles_apart) {
+TEST(FrameSolver, does_not_join_vehicles_whose_ranges_contradict_the_prior) {
   World w;
   w.add(1, YawPose{}, {{0, 0}});
   w.add(2, {0.4, Vec3(4, 3, 0)}, along({{0, 0}, {15, 0}}, 0.5));
@@ -178,7 +178,7 @@ TEST(FrameSolver, ranges_that_deny_a_prior_keep_the_vehicles_apart) {
   EXPECT_FALSE(solver.placed(w.keys[1]));
 }
 
-TEST(FrameSolver, other_names_give_the_same_frames) {
+TEST(FrameSolver, frames_do_not_depend_on_the_vehicle_ids) {
   World w = three();
   FrameSolver solver(InitSettings{}, w.keys[0]);
   World v = three();
@@ -200,7 +200,7 @@ TEST(FrameSolver, other_names_give_the_same_frames) {
   }
 }
 
-TEST(FrameSolver, takes_over_what_another_centre_had_found) {
+TEST(FrameSolver, takes_over_a_frame_from_another_fleet_mapper) {
   World w = three();
   FrameSolver solver(InitSettings{}, w.keys[0]);
   PoseEvidence known;

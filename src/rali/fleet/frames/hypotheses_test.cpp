@@ -34,7 +34,7 @@ const FrameHypothesis* nearest(const HypothesisSet& set, const YawPose& T) {
 }
 
 // T13: if the heading seemed observable here, a fleet would commit to a rotated map.
-TEST(Hypotheses, of_ranges_to_one_who_stands_leave_the_heading_open) {
+TEST(Hypotheses, from_ranges_to_a_standing_vehicle_leave_the_heading_unobservable) {
   const InitSettings settings = plain_settings();
   const PairTrack track = track_of(kL, {{0, 0}}, exact_ranges(kL, {{0, 0}}, kTruth), settings);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
@@ -61,7 +61,7 @@ TEST(Hypotheses, of_ranges_to_one_who_stands_leave_the_heading_open) {
 }
 
 // T14: if one of the two were lost, half of all starts would commit to the mirror image.
-TEST(Hypotheses, of_a_straight_way_are_two_mirror_images) {
+TEST(Hypotheses, from_a_straight_path_are_two_mirror_images) {
   const InitSettings settings = plain_settings();
   const std::vector<Vec2> line = {{0, 0}, {2, 0}, {4, 0}, {6, 0}};
   const std::vector<double> ranges = {5.0, 4.1231, 4.1231, 5.0};
@@ -84,7 +84,7 @@ TEST(Hypotheses, of_a_straight_way_are_two_mirror_images) {
 }
 
 // T15
-TEST(Hypotheses, of_two_who_turn_differently_are_one) {
+TEST(Hypotheses, from_two_differently_turning_paths_are_unambiguous) {
   const InitSettings settings = plain_settings();
   const std::vector<Vec2> other = {{0, 0}, {2, 0}, {2, -2}, {2, -4}, {0, -4}};
   const PairTrack track = track_of(kL, other, {4.1231, 4.2342, 7.4065, 9.8070, 11.8048}, settings);
@@ -108,7 +108,7 @@ TEST(Hypotheses, of_two_who_turn_differently_are_one) {
 }
 
 // T15b: counting ranges would commit here; five are not enough, nor are five hundred.
-TEST(Hypotheses, of_two_who_drive_alike_are_two) {
+TEST(Hypotheses, from_two_similar_paths_are_ambiguous) {
   const InitSettings settings = plain_settings();
   const std::vector<Vec2> other = {{0, 0}, {0, 1}, {0, 2}, {-1, 2}, {-2, 2}};
   const PairTrack track = track_of(kL, other, {4.1231, 5.8186, 7.5308, 7.9484, 8.6972}, settings);
@@ -127,7 +127,7 @@ TEST(Hypotheses, of_two_who_drive_alike_are_two) {
   EXPECT_FALSE(decide(set, seen, 0, settings).ready);
 }
 
-TEST(Hypotheses, move_with_the_frames_and_keep_their_chi2) {
+TEST(Hypotheses, transform_with_the_odom_frames_and_keep_their_chi2) {
   const InitSettings settings;
   const std::vector<Vec2> x = along({{0, 0}, {10, 0}, {10, 10}}, 0.5);
   std::vector<Vec2> y;
@@ -158,7 +158,7 @@ TEST(Hypotheses, move_with_the_frames_and_keep_their_chi2) {
 
 // A scan constrains heading modulo 180 deg and the lateral position; ranges constrain the position
 // along and resolve the ambiguity.
-TEST(Hypotheses, of_ranges_and_a_corridors_scans_complete_each_other) {
+TEST(Hypotheses, from_ranges_and_corridor_scans_together_are_observable) {
   const InitSettings settings;
   const std::vector<Vec2> x = along({{0, 0}, {8, 0.8}, {16, -0.8}, {24, 0}}, 0.5);
   const PairTrack track = track_of(x, {{0, 0}}, exact_ranges(x, {{0, 0}}, kTruth), settings);
@@ -201,7 +201,7 @@ PoseEvidence registered(const YawPose& T, const Vec3& pivot_a_m, int group) {
 
 // When all were accepted at first, the wrong ones moved the frames by metres, and then all were
 // rejected: two halves of one recording were never joined.
-TEST(Hypotheses, a_wrong_registration_does_not_carry_off_what_right_ones_say) {
+TEST(Hypotheses, three_consistent_registrations_outvote_four_contradictory_ones) {
   const InitSettings settings;
   std::vector<PoseEvidence> evidence;
   for (const double x_m : {0.0, 10.0, 20.0}) {
@@ -225,7 +225,7 @@ TEST(Hypotheses, a_wrong_registration_does_not_carry_off_what_right_ones_say) {
 }
 
 // Four matches of the same walls count as one.
-TEST(Hypotheses, pieces_that_overlap_are_one_view) {
+TEST(Hypotheses, overlapping_submaps_count_as_one_view) {
   const InitSettings settings;
   std::vector<PoseEvidence> evidence;
   for (int k = 0; k < 4; ++k) {
@@ -240,7 +240,7 @@ TEST(Hypotheses, pieces_that_overlap_are_one_view) {
   EXPECT_EQ(d.advice, Advice::kFewViews);
 }
 
-TEST(Hypotheses, of_rubbish_are_none_or_undecided) {
+TEST(Hypotheses, from_invalid_or_too_few_ranges_are_empty_or_undecided) {
   const InitSettings settings;
   EXPECT_TRUE(range_hypotheses(PairTrack(kTag, kAnchor, settings.track), settings).all.empty());
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -290,7 +290,7 @@ std::string by_scans(const std::vector<Vec3>& places_m, double along_sigma_m,
 }
 
 // "Drive on, and turn" is no help for two recordings without ranges.
-TEST(Hypotheses, of_places_that_look_alike_ask_for_what_helps_without_ranges) {
+TEST(Hypotheses, of_similar_places_advise_to_map_a_unique_place) {
   EXPECT_EQ(
       by_scans({Vec3(5, 0, 0), Vec3(10, 0, 0), Vec3(15, 0, 0)}, 0.01),
       "v2: 3 places against v1 look alike; scans alone cannot decide. Let both see a place that "
@@ -298,7 +298,7 @@ TEST(Hypotheses, of_places_that_look_alike_ask_for_what_helps_without_ranges) {
 }
 
 // KITTI's halves start in motion: the message must not ask the user to look for other places.
-TEST(Hypotheses, of_places_beyond_doubt_that_deny_each_other_are_told_as_that) {
+TEST(Hypotheses, from_contradictory_unique_matches_report_the_contradiction) {
   EXPECT_EQ(
       by_scans({Vec3(5, 0, 0), Vec3(5.8, 0, 0)}, 0.01, true),
       "v2: places recognised in the map of v1 contradict each other by 0.8 m and 0.0 deg: "
@@ -306,7 +306,7 @@ TEST(Hypotheses, of_places_beyond_doubt_that_deny_each_other_are_told_as_that) {
       "(priors), or leave out where the sensor started in motion (start_s)");
 }
 
-TEST(Hypotheses, of_a_passage_without_marks_are_told_as_that) {
+TEST(Hypotheses, from_a_featureless_passage_report_that_scans_fit_everywhere) {
   EXPECT_EQ(
       by_scans({Vec3(5, 0, 0)}, 1e3),
       "v2: its scans fit everywhere along the path of v1; scans alone cannot decide. Let both "

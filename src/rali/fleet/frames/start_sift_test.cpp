@@ -37,7 +37,7 @@ FrameProblem places_problem(const std::vector<Vec2>& places, double last_chi2,
   return make_frame_problem({kAnchor, kTag}, {}, evidence, settings);
 }
 
-TEST(StartSift, few_starts_stay_as_they_are) {
+TEST(StartSift, keeps_few_starts_unchanged) {
   const FrameProblem problem = places_problem({{0, 0}, {5, 0}}, 0.0, plain_settings());
   const YawPose off{0.1, Vec3(1.0, 2.0, 3.0)};
   const std::vector<FrameStart> kept = sift_starts(problem, {start_at(problem, off, {1})}, 1);
@@ -47,7 +47,7 @@ TEST(StartSift, few_starts_stay_as_they_are) {
 }
 
 // Solving each with all errors of the paths took 24 s for one pair of groups in a tunnel.
-TEST(StartSift, hundreds_that_ranges_bring_together_are_one) {
+TEST(StartSift, merges_200_starts_that_converge_to_one_solution) {
   InitSettings settings;
   const std::vector<Vec2> x = along({{0, 0}, {10, 0}, {10, 10}}, 0.5);
   std::vector<Vec2> y = along({{0, 0}, {0, 4}, {4, 4}}, 0.2);
@@ -68,7 +68,7 @@ TEST(StartSift, hundreds_that_ranges_bring_together_are_one) {
 
 // Twenty comparisons that agree must not displace another place that also fits: a frame with a
 // rival would be accepted.
-TEST(StartSift, a_rival_elsewhere_is_not_crowded_out) {
+TEST(StartSift, keeps_a_distant_start_among_many_similar_ones) {
   InitSettings settings = plain_settings();
   settings.search.starts_max = 8;
   std::vector<Vec2> places;

@@ -76,7 +76,7 @@ class ExplorationTest : public testing::Test {
   Exploration exploration_{NodeSettings{}};
 };
 
-TEST_F(ExplorationTest, a_job_draws_finds_frontiers_and_sends_who_is_free) {
+TEST_F(ExplorationTest, a_job_updates_the_grid_finds_frontiers_and_sends_free_vehicles) {
   const auto job = exploration_.make_job(input());
   EXPECT_EQ(exploration_.map(), nullptr) << "the job has it";
   run(*job);
@@ -90,7 +90,7 @@ TEST_F(ExplorationTest, a_job_draws_finds_frontiers_and_sends_who_is_free) {
   for (const Goal& goal : exploration_.result().goals.goals) EXPECT_EQ(goal.vehicle, kTag);
 }
 
-TEST_F(ExplorationTest, a_search_that_is_not_wanted_or_was_cancelled_sends_nobody) {
+TEST_F(ExplorationTest, an_unwanted_or_cancelled_job_assigns_no_goals) {
   EXPECT_EQ(explore(false), JobOutcome::kDropped);
   EXPECT_EQ(explore(true, true), JobOutcome::kDropped);
   EXPECT_TRUE(exploration_.dispatcher().frontiers().empty());
@@ -99,7 +99,7 @@ TEST_F(ExplorationTest, a_search_that_is_not_wanted_or_was_cancelled_sends_nobod
   EXPECT_FALSE(exploration_.result().goals.goals.empty());
 }
 
-TEST_F(ExplorationTest, facts_that_come_during_a_job_are_drawn_by_the_next_one) {
+TEST_F(ExplorationTest, facts_received_during_a_job_enter_the_grid_in_the_next_job) {
   const auto first = exploration_.make_job(input());
   for (const FactPtr& fact : keyframe(kTag, 0, 2.0)) exploration_.add(fact);
   run(*first);
@@ -116,7 +116,7 @@ TEST_F(ExplorationTest, a_job_that_never_ran_leaves_its_facts_to_the_next_one) {
   EXPECT_EQ(exploration_.map()->grid().keyframes(), 1U);
 }
 
-TEST_F(ExplorationTest, what_is_not_its_job_is_lost_and_the_grid_is_made_anew) {
+TEST_F(ExplorationTest, after_a_lost_job_the_grid_is_rebuilt_from_restored_facts) {
   static_cast<void>(exploration_.make_job(input()));
   EXPECT_EQ(exploration_.take_back(nullptr, true), JobOutcome::kLost);
   exploration_.restore(keyframe(kAnchor, 0, 0.0));
@@ -124,7 +124,7 @@ TEST_F(ExplorationTest, what_is_not_its_job_is_lost_and_the_grid_is_made_anew) {
   EXPECT_TRUE(exploration_.result().mapped);
 }
 
-TEST_F(ExplorationTest, a_keyframe_that_is_no_longer_placed_leaves_the_grid_and_comes_back) {
+TEST_F(ExplorationTest, a_keyframe_without_a_pose_is_removed_from_the_grid_until_placed) {
   ASSERT_EQ(explore(), JobOutcome::kTaken);
   ExploreInput apart = input();
   apart.placed = std::make_shared<const Placement>();
@@ -136,7 +136,7 @@ TEST_F(ExplorationTest, a_keyframe_that_is_no_longer_placed_leaves_the_grid_and_
   EXPECT_EQ(exploration_.map()->grid().keyframes(), 1U);
 }
 
-TEST_F(ExplorationTest, the_last_search_of_a_round_ranks_anchors_and_sends_nobody) {
+TEST_F(ExplorationTest, the_last_search_of_a_round_ranks_anchors_without_assigning_goals) {
   ExploreInput last = input(JobKind::kNextAnchor);
   last.progress_since = Time::from_s(0.0);
   const auto job = exploration_.make_job(last);
@@ -148,7 +148,7 @@ TEST_F(ExplorationTest, the_last_search_of_a_round_ranks_anchors_and_sends_nobod
   EXPECT_FALSE(exploration_.result().goals.frontiers.empty());
 }
 
-TEST_F(ExplorationTest, without_a_new_place_it_is_known_what_keeps_vehicles_from_each_frontier) {
+TEST_F(ExplorationTest, without_progress_reports_what_blocks_each_frontier) {
   ExploreInput last = input(JobKind::kNextAnchor);
   last.progress_since = Time::from_s(15.0);  // after the only keyframe
   const auto job = exploration_.make_job(last);

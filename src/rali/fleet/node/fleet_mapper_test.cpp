@@ -35,7 +35,7 @@ struct Begin {
   RoundCentre other;
 };
 
-TEST(FleetMapper, a_job_brings_the_estimate_that_the_facts_would_have_given_at_once) {
+TEST(FleetMapper, a_job_returns_the_same_estimate_as_a_direct_solution) {
   Begin begin;
   const auto job = begin.mapper.make_job(begin.fleet.now());
   EXPECT_TRUE(begin.mapper.is_solving());
@@ -53,7 +53,7 @@ TEST(FleetMapper, a_job_brings_the_estimate_that_the_facts_would_have_given_at_o
   }
 }
 
-TEST(FleetMapper, facts_that_come_during_a_job_count_from_the_next_one_on) {
+TEST(FleetMapper, facts_received_during_a_job_count_from_the_next_job) {
   Begin begin;
   const auto first = begin.mapper.make_job(std::nullopt);
   run(*first);
@@ -68,7 +68,7 @@ TEST(FleetMapper, facts_that_come_during_a_job_count_from_the_next_one_on) {
   EXPECT_GT(begin.mapper.last().keyframes.size(), keyframes + 10U);
 }
 
-TEST(FleetMapper, a_result_in_other_frames_than_those_taken_over_meanwhile_is_dropped) {
+TEST(FleetMapper, drops_a_result_if_other_frames_were_taken_over_meanwhile) {
   Begin begin;
   const auto job = begin.mapper.make_job(std::nullopt);
   run(*job);
@@ -83,8 +83,7 @@ TEST(FleetMapper, a_result_in_other_frames_than_those_taken_over_meanwhile_is_dr
   EXPECT_EQ(begin.mapper.work().rounds, 1U) << "on the boundary that was taken over";
 }
 
-TEST(FleetMapper,
-     a_job_that_is_not_wanted_or_was_cancelled_changes_nothing_and_brings_the_centre_back) {
+TEST(FleetMapper, an_unwanted_or_cancelled_job_changes_nothing_and_can_be_repeated) {
   for (const bool cancelled : {false, true}) {
     Begin begin;
     const auto job = begin.mapper.make_job(std::nullopt);
@@ -98,7 +97,7 @@ TEST(FleetMapper,
   }
 }
 
-TEST(FleetMapper, what_is_not_its_job_is_lost_and_the_centre_is_made_anew) {
+TEST(FleetMapper, after_a_lost_job_the_mapper_is_rebuilt_from_all_facts) {
   Begin begin;
   const auto job = begin.mapper.make_job(std::nullopt);
   EXPECT_EQ(begin.mapper.take_back(nullptr, true), JobOutcome::kLost);

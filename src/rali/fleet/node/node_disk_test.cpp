@@ -92,7 +92,7 @@ Persisted kept(std::vector<FactKey> facts, std::uint64_t role = 0) {
   return event;
 }
 
-TEST(NodeDisk, a_vote_leaves_when_it_is_on_the_disk_and_not_before) {
+TEST(NodeDisk, sends_a_vote_only_after_it_is_saved_on_disk) {
   Alone v;
   const NodeOutputs out = v.receive(VehicleId{0}, propose(VehicleId{0}, 1));
   const auto saves = all_of<SaveRole>(out);
@@ -109,14 +109,14 @@ TEST(NodeDisk, a_vote_leaves_when_it_is_on_the_disk_and_not_before) {
       << "nothing waits any more";
 }
 
-TEST(NodeDisk, poses_and_statuses_wait_for_nothing) {
+TEST(NodeDisk, sends_its_vehicle_status_without_waiting_for_the_disk) {
   Alone v;
   v.receive(VehicleId{0}, propose(VehicleId{0}, 1));
   v.own_pose();
   EXPECT_EQ(messages<VehicleStatus>(v.give(NodeTick{})).size(), 1U);
 }
 
-TEST(NodeDisk, facts_are_saved_once_and_an_inventory_names_those_that_are_kept) {
+TEST(NodeDisk, saves_each_fact_once_and_lists_only_saved_facts_in_its_inventory) {
   Alone v;
   const auto own = all_of<SaveFact>(v.give(OwnFact{fact_of(kSelf, 0, 0)}));
   ASSERT_EQ(own.size(), 1U);
@@ -139,7 +139,7 @@ TEST(NodeDisk, facts_are_saved_once_and_an_inventory_names_those_that_are_kept) 
   EXPECT_EQ(v.node.store().size(), 2U) << "both are there";
 }
 
-TEST(NodeDisk, without_a_log_everything_counts_as_kept_at_once) {
+TEST(NodeDisk, without_a_log_treats_everything_as_saved_at_once) {
   const Time now = Time::from_s(100.0);
   Node node(kSelf, kFleet, {}, {}, now);
   NodeOutputs out;
@@ -161,7 +161,7 @@ NodeStart voted() {
   return start;
 }
 
-TEST(NodeDisk, after_a_restart_nobody_gets_a_second_vote_of_a_term) {
+TEST(NodeDisk, after_a_restart_grants_no_second_candidate_a_vote_in_one_term) {
   Alone v(voted());
   EXPECT_EQ(v.node.term(), 5U);
   v.pass(60.0);  // longer than any earlier promise
@@ -173,7 +173,7 @@ TEST(NodeDisk, after_a_restart_nobody_gets_a_second_vote_of_a_term) {
             std::vector<RoleOp>{RoleOp::kRefuse});
 }
 
-TEST(NodeDisk, after_a_restart_its_facts_are_there_and_neither_saved_nor_told_unasked) {
+TEST(NodeDisk, after_a_restart_neither_saves_nor_sends_its_restored_facts_unasked) {
   Alone v(voted());
   EXPECT_EQ(v.node.epoch(), 3U);
   EXPECT_EQ(v.node.store().size(), 2U);
@@ -191,7 +191,7 @@ TEST(NodeDisk, after_a_restart_its_facts_are_there_and_neither_saved_nor_told_un
   EXPECT_EQ(statuses[0].epoch, 3U);
 }
 
-TEST(NodeDisk, an_unconfirmed_role_votes_when_the_operator_says_so) {
+TEST(NodeDisk, votes_with_an_unconfirmed_role_only_after_the_operator_confirms) {
   NodeStart start;
   start.durable.confirmed = false;
   Alone v(start);
@@ -206,7 +206,7 @@ TEST(NodeDisk, an_unconfirmed_role_votes_when_the_operator_says_so) {
   EXPECT_EQ(votes[0].durable.granted_to, VehicleId{0});
 }
 
-TEST(NodeDisk, a_frame_of_an_earlier_epoch_is_not_that_of_the_present_odom) {
+TEST(NodeDisk, ignores_a_map_frame_that_belongs_to_an_earlier_epoch) {
   Alone v(voted());
   RoleMessage commit;
   commit.op = RoleOp::kCommit;
@@ -224,7 +224,7 @@ TEST(NodeDisk, a_frame_of_an_earlier_epoch_is_not_that_of_the_present_odom) {
   EXPECT_TRUE(v.node.T_map_odom());
 }
 
-TEST(NodeDisk, a_disk_that_fails_is_told_once_and_makes_no_anchor_until_it_works) {
+TEST(NodeDisk, reports_a_failing_disk_once_and_is_no_candidate_until_it_works) {
   Alone v;
   PersistFailed failed;
   failed.facts = {{kSelf, 0, 0}};
@@ -256,7 +256,7 @@ TEST(NodeDisk, a_disk_that_fails_is_told_once_and_makes_no_anchor_until_it_works
 }
 
 // The clock of a restarted machine starts anew: its earlier messages seemed newer.
-TEST(NodeDisk, a_peer_that_restarted_is_heard_though_its_clock_began_anew) {
+TEST(NodeDisk, accepts_messages_of_a_restarted_peer_whose_clock_was_reset) {
   Alone v;
   VehicleStatus before;
   before.t_send = Time::from_s(5000.0);

@@ -20,13 +20,13 @@ Fleet with_anchor(double solve_s, bool in_step = false) {
   return fleet;
 }
 
-TEST(NodeJobs, an_anchor_that_solves_in_its_step_loses_its_lease) {
+TEST(NodeJobs, an_anchor_that_solves_inside_its_step_loses_its_lease) {
   Fleet fleet = with_anchor(kLongSolve_s, true);
   fleet.run(kLongSolve_s + 1.0);
   EXPECT_TRUE(fleet.did(0, RoleActionKind::kOrphaned));
 }
 
-TEST(NodeJobs, an_anchor_that_solves_beside_its_steps_keeps_its_lease) {
+TEST(NodeJobs, an_anchor_that_solves_in_a_background_job_keeps_its_lease) {
   Fleet fleet = with_anchor(kLongSolve_s);
   fleet.run(60.0);
   EXPECT_FALSE(fleet.did(0, RoleActionKind::kOrphaned));
@@ -36,7 +36,7 @@ TEST(NodeJobs, an_anchor_that_solves_beside_its_steps_keeps_its_lease) {
   EXPECT_NEAR(fleet.nodes[1].T_map_odom()->p.x(), 2.0, 1e-3);
 }
 
-TEST(NodeJobs, there_is_one_job_at_a_time_and_the_next_one_has_what_came_meanwhile) {
+TEST(NodeJobs, one_job_runs_at_a_time_and_the_next_includes_newer_facts) {
   Fleet fleet = with_anchor(kLongSolve_s);
   fleet.run(3.0);
   EXPECT_EQ(fleet.jobs.size(), 1U);
@@ -55,7 +55,7 @@ TEST(NodeJobs, there_is_one_job_at_a_time_and_the_next_one_has_what_came_meanwhi
   EXPECT_EQ(fleet.nodes[1].map_poses().size(), 3U);
 }
 
-TEST(NodeJobs, a_search_for_frontiers_is_a_job_too_and_the_next_one_waits_for_it) {
+TEST(NodeJobs, a_frontier_search_is_a_job_and_searches_do_not_overlap) {
   Fleet fleet = with_anchor(0.0);
   fleet.search_s = 4.5;  // more than two periods
   fleet.run(5.0);        // those requested before
@@ -73,7 +73,7 @@ TEST(NodeJobs, a_search_for_frontiers_is_a_job_too_and_the_next_one_waits_for_it
   EXPECT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
 }
 
-TEST(NodeJobs, a_seal_waits_for_the_search_that_says_who_is_next) {
+TEST(NodeJobs, a_sealed_round_ends_only_after_the_search_for_the_next_anchor) {
   Fleet fleet = with_anchor(0.0);
   fleet.search_s = 20.0;
   fleet.run(3.0);
@@ -105,7 +105,7 @@ TEST(NodeJobs, a_result_with_an_unknown_number_is_ignored) {
   EXPECT_EQ(fleet.nodes[0].mode(), Mode::kAnchor);
 }
 
-TEST(NodeJobs, a_seal_gives_up_the_job_under_way_and_the_round_ends_with_a_solution_of_its_own) {
+TEST(NodeJobs, sealing_cancels_the_running_job_and_solves_the_round_once_more) {
   Fleet fleet = with_anchor(kLongSolve_s);
   fleet.run(7.0);
   receive_weakly(fleet);
@@ -149,7 +149,7 @@ void raise_term(Fleet& fleet) {
   fleet.give(0, Envelope{id(1), id(0), refusal});
 }
 
-TEST(NodeJobs, what_was_solved_in_an_earlier_term_is_dropped_and_solved_again) {
+TEST(NodeJobs, a_solution_of_an_earlier_term_is_dropped_and_repeated) {
   Fleet fleet = with_anchor(kLongSolve_s);
   const std::uint64_t number = fleet.jobs.front().done.number;
   raise_term(fleet);
@@ -165,7 +165,7 @@ TEST(NodeJobs, what_was_solved_in_an_earlier_term_is_dropped_and_solved_again) {
   EXPECT_TRUE(fleet.nodes[1].T_map_odom());
 }
 
-TEST(NodeJobs, an_anchor_that_is_none_any_more_gets_its_map_back_and_tells_nothing) {
+TEST(NodeJobs, a_former_anchor_cancels_its_job_and_broadcasts_no_table) {
   Fleet fleet = with_anchor(kLongSolve_s);
   RoleMessage commit;
   commit.op = RoleOp::kCommit;
@@ -181,7 +181,7 @@ TEST(NodeJobs, an_anchor_that_is_none_any_more_gets_its_map_back_and_tells_nothi
   for (const Envelope& e : fleet.air) EXPECT_FALSE(std::holds_alternative<Table>(e.message));
 }
 
-TEST(NodeJobs, a_job_that_is_lost_is_made_anew_from_all_facts) {
+TEST(NodeJobs, a_lost_job_is_repeated_from_all_facts) {
   Fleet fleet = with_anchor(kLongSolve_s);
   const std::uint64_t number = fleet.jobs.front().done.number;
   fleet.jobs.clear();
@@ -191,7 +191,7 @@ TEST(NodeJobs, a_job_that_is_lost_is_made_anew_from_all_facts) {
   EXPECT_NEAR(fleet.nodes[1].T_map_odom()->p.x(), 2.0, 1e-3);
 }
 
-TEST(NodeJobs, one_that_never_ran_is_asked_for_again_with_the_same_facts) {
+TEST(NodeJobs, a_job_that_never_ran_is_requested_again_with_the_same_facts) {
   Fleet fleet(2);
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
   NodeOutputs out;

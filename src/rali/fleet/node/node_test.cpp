@@ -7,7 +7,7 @@
 namespace rali::fleet {
 namespace {
 
-TEST(Node, the_first_vehicle_becomes_anchor_when_it_has_stood_for_three_seconds) {
+TEST(Node, the_first_vehicle_becomes_anchor_after_three_seconds_at_standstill) {
   Fleet fleet(2);
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
   fleet.run(2.5);
@@ -21,7 +21,7 @@ TEST(Node, the_first_vehicle_becomes_anchor_when_it_has_stood_for_three_seconds)
 }
 
 // A "done" of a neighbouring fleet, of a later term, stopped the whole fleet.
-TEST(Node, a_stranger_ends_no_mission) {
+TEST(Node, ignores_a_done_status_of_an_unknown_vehicle) {
   Fleet fleet(2);
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
   fleet.run(4.0);
@@ -35,7 +35,7 @@ TEST(Node, a_stranger_ends_no_mission) {
   EXPECT_TRUE(fleet.nodes[0].done());
 }
 
-TEST(Node, a_vehicle_that_is_not_levelled_claims_nothing) {
+TEST(Node, does_not_claim_the_anchor_role_before_it_is_levelled) {
   Fleet fleet(2);
   OwnPose pose;
   for (int k = 0; k < 80; ++k) {
@@ -66,7 +66,7 @@ TEST(Node, a_tag_that_finishes_ends_the_round_and_the_role_is_handed_over) {
 }
 
 // It discarded its map and the estimate of the finished rounds, and solved the whole mission again.
-TEST(Node, an_anchor_that_follows_itself_goes_on_with_its_map) {
+TEST(Node, an_anchor_elected_again_for_the_next_round_keeps_its_map) {
   Fleet fleet(2);
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
   fleet.run(5.0);
@@ -89,7 +89,7 @@ TEST(Node, an_anchor_that_follows_itself_goes_on_with_its_map) {
 
 // The next anchor starts from the last one's messages. An anchor's own messages were missing when
 // it became anchor again, and the other's estimate could not be used.
-TEST(Node, an_anchor_keeps_what_it_tells_of_keyframes) {
+TEST(Node, an_anchor_keeps_the_keyframe_poses_that_it_broadcasts) {
   Fleet fleet(2);
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
   fleet.run(5.0);
@@ -113,14 +113,14 @@ Fleet handed_over(bool old_is_degenerate) {
   return fleet;
 }
 
-TEST(Node, an_old_anchor_that_sees_does_not_wait_for_ranges_that_never_come) {
+TEST(Node, a_relieved_anchor_without_degeneracy_does_not_wait_for_ranges) {
   Fleet fleet = handed_over(false);
   EXPECT_EQ(fleet.nodes[0].mode(), Mode::kHolding);
   fleet.run(4.0);
   EXPECT_EQ(fleet.nodes[0].mode(), Mode::kExploring);
 }
 
-TEST(Node, an_old_anchor_that_is_blind_holds_until_the_new_one_has_its_ranges) {
+TEST(Node, a_relieved_degenerate_anchor_holds_until_the_new_anchor_ranges_to_it) {
   Fleet fleet = handed_over(true);
   fleet.run(4.0);
   EXPECT_EQ(fleet.nodes[0].mode(), Mode::kHolding);
@@ -129,7 +129,7 @@ TEST(Node, an_old_anchor_that_is_blind_holds_until_the_new_one_has_its_ranges) {
   EXPECT_EQ(fleet.nodes[0].mode(), Mode::kExploring);
 }
 
-TEST(Node, a_tag_that_was_never_near_its_anchor_does_not_stop_for_its_weak_radio) {
+TEST(Node, a_tag_never_near_its_anchor_does_not_finish_for_weak_radio) {
   Fleet fleet(2);
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
   for (int k = 0; k < 90; ++k) {
@@ -140,7 +140,7 @@ TEST(Node, a_tag_that_was_never_near_its_anchor_does_not_stop_for_its_weak_radio
   EXPECT_EQ(fleet.nodes[0].rounds().finished(id(1)), FinishReason::kNone);
 }
 
-TEST(Node, the_tag_takes_over_when_the_anchor_falls_silent_only_with_a_majority) {
+TEST(Node, a_tag_replaces_a_silent_anchor_only_with_a_majority) {
   Fleet fleet(3);
   for (std::size_t v = 0; v < 3; ++v) fleet.start(v);
   fleet.run(6.0);
@@ -156,7 +156,7 @@ TEST(Node, the_tag_takes_over_when_the_anchor_falls_silent_only_with_a_majority)
   for (const Node& node : fleet.nodes) EXPECT_NE(node.mode(), Mode::kAnchor);
 }
 
-TEST(Node, a_goal_of_the_anchor_becomes_an_order_and_its_end_one_to_stand) {
+TEST(Node, a_goal_becomes_a_drive_order_and_its_removal_a_stop_order) {
   Fleet fleet(2);
   for (std::size_t v = 0; v < 2; ++v) fleet.start(v);
   fleet.run(5.0);
@@ -183,7 +183,7 @@ TEST(Node, a_goal_of_the_anchor_becomes_an_order_and_its_end_one_to_stand) {
   EXPECT_EQ(fleet.nodes[1].order().number, number + 1);
 }
 
-TEST(Node, goals_of_somebody_who_is_not_the_anchor_move_nobody) {
+TEST(Node, ignores_goals_from_a_vehicle_that_is_not_the_anchor) {
   Fleet fleet(3);
   for (std::size_t v = 0; v < 3; ++v) fleet.start(v);
   fleet.run(5.0);

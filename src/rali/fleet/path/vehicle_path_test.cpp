@@ -59,7 +59,7 @@ TEST(VehiclePath, a_missing_node_cuts_the_inertial_chain_but_not_the_path) {
   EXPECT_NEAR(path.at(Time::from_s(1))->T_odom_body.p.x(), 1.0, 1e-12);
 }
 
-TEST(VehiclePath, lies_on_the_arc_between_two_nodes) {
+TEST(VehiclePath, interpolates_on_the_arc_between_two_nodes) {
   // A quarter turn to the left with radius 1 m: halfway it is at 45 deg.
   VehiclePath path(VehicleId{1});
   path.add(Time::from_s(0), node(0, Vec3::Zero()));
@@ -71,7 +71,7 @@ TEST(VehiclePath, lies_on_the_arc_between_two_nodes) {
   EXPECT_DOUBLE_EQ(half->alpha, 0.5);
 }
 
-TEST(VehiclePath, is_nowhere_outside_its_time_and_between_two_maps) {
+TEST(VehiclePath, has_no_pose_outside_its_time_span_or_between_two_maps) {
   VehiclePath path = straight();
   Increment again = node(4, Vec3::Zero());
   again.begins = true;
@@ -83,7 +83,7 @@ TEST(VehiclePath, is_nowhere_outside_its_time_and_between_two_maps) {
   EXPECT_TRUE(path.at(Time::from_s(10)).has_value());
 }
 
-TEST(Shape, is_free_along_the_direction_the_lidar_does_not_see) {
+TEST(Shape, has_no_information_along_the_degenerate_direction_of_the_lidar) {
   ShapeSettings s;
   Mat6 seen = 1e8 * Mat6::Identity();
   seen(3, 3) = 0.0;
@@ -97,7 +97,7 @@ TEST(Shape, is_free_along_the_direction_the_lidar_does_not_see) {
 
 // A scan also fits further along a bent tunnel, rotated by its bend: a longer step of the path must
 // rotate with it, or the path leaves the tunnel.
-TEST(Shape, a_shift_that_is_open_turns_the_step_by_the_bend) {
+TEST(Shape, leaves_a_degenerate_shift_free_only_with_its_coupled_yaw) {
   const ShapeSettings s;
   geometry::Vec6 open;
   open << 0.0, 0.0, 1e-3, 1.0, 0.0, 0.0;  // a metre along x is coupled with a milliradian of yaw
@@ -113,7 +113,7 @@ TEST(Shape, a_shift_that_is_open_turns_the_step_by_the_bend) {
       << "one that does not is five sigma of its turn off";
 }
 
-TEST(Shape, a_bend_that_is_not_known_exactly_turns_a_long_unseen_way_by_its_error) {
+TEST(Shape, yaw_sigma_of_a_degenerate_path_includes_the_bend_uncertainty) {
   const ShapeSettings s;
   const Mat6 seen = 1e8 * Mat6::Identity();
   double variance_rad2 = 0.0;

@@ -17,7 +17,7 @@ using test::ops;
 using test::tag_of_three;
 using test::Vehicle;
 
-TEST(RoleFleet, the_survivor_of_two_waits_for_the_operators_word) {
+TEST(RoleFleet, the_survivor_of_two_becomes_anchor_only_after_the_operator_confirms) {
   Vehicle v(0, durable_of(2));
   v.receive(0.0, 1, RoleOp::kCommit, 1);
   EXPECT_TRUE(has(v.give(1.0, RoleFleet{{id(0)}}), RoleActionKind::kRefused)) << "v1 may act";
@@ -32,7 +32,7 @@ TEST(RoleFleet, the_survivor_of_two_waits_for_the_operators_word) {
   EXPECT_TRUE(may_publish(v.state, at(90.0))) << "alone it is a majority at any time";
 }
 
-TEST(RoleTable, is_taken_from_the_anchor_of_the_term_and_never_older) {
+TEST(RoleTable, is_accepted_only_from_the_current_anchor_and_never_older) {
   Vehicle v = tag_of_three();
   EXPECT_TRUE(accept_table(v.state, id(0), 1, 3));
   EXPECT_TRUE(accept_table(v.state, id(0), 1, 3)) << "another part of it";
@@ -43,7 +43,7 @@ TEST(RoleTable, is_taken_from_the_anchor_of_the_term_and_never_older) {
   EXPECT_TRUE(accept_table(v.state, id(2), 2, 0));
 }
 
-TEST(RoleMessages, of_lower_terms_are_told_the_own_term) {
+TEST(RoleMessages, of_a_lower_term_are_refused_with_the_own_term) {
   Vehicle v(1);
   v.receive(0.0, 0, RoleOp::kCommit, 7);
   for (const RoleOp op : {RoleOp::kHeartbeat, RoleOp::kCommit, RoleOp::kPropose}) {
@@ -54,7 +54,7 @@ TEST(RoleMessages, of_lower_terms_are_told_the_own_term) {
   }
 }
 
-TEST(RoleMessages, that_are_rubbish_change_nothing) {
+TEST(RoleMessages, with_invalid_terms_operations_or_senders_change_nothing) {
   Vehicle v = tag_of_three();
   const RoleState before = v.state;
   const std::uint64_t huge = std::numeric_limits<std::uint64_t>::max();

@@ -19,7 +19,7 @@ using test::ops;
 using test::tag_of_three;
 using test::Vehicle;
 
-TEST(RoleTag, answers_a_heartbeat_with_both_stamps_and_promises) {
+TEST(RoleTag, acknowledges_a_heartbeat_with_both_stamps_and_renews_its_promise) {
   Vehicle v = tag_of_three();
   RoleMessage beat;
   beat.op = RoleOp::kHeartbeat;
@@ -34,7 +34,7 @@ TEST(RoleTag, answers_a_heartbeat_with_both_stamps_and_promises) {
   EXPECT_FALSE(must_stand(v.state));
 }
 
-TEST(RoleTag, tells_its_finish_at_once_and_with_every_heartbeat_until_it_clears) {
+TEST(RoleTag, reports_its_finish_at_once_and_with_every_heartbeat_until_cleared) {
   Vehicle v = tag_of_three();
   RoleStep step = v.give(1.0, RoleFinished{FinishReason::kExplored});
   ASSERT_EQ(ops(step), Ops{RoleOp::kFinished});
@@ -48,7 +48,7 @@ TEST(RoleTag, tells_its_finish_at_once_and_with_every_heartbeat_until_it_clears)
   EXPECT_EQ(ops(v.receive(4.0, 0, RoleOp::kHeartbeat, 1)), Ops{RoleOp::kAck});
 }
 
-TEST(RoleTag, is_an_orphan_when_the_lease_is_over_and_takes_over_after_two_if_it_stands) {
+TEST(RoleTag, is_orphaned_after_one_lease_and_a_candidate_after_two_at_standstill) {
   Vehicle v = tag_of_three();
   v.give(5.0, RoleLink{id(2)});
   EXPECT_FALSE(has(v.tick(5.1), RoleActionKind::kOrphaned));
@@ -76,7 +76,7 @@ TEST(RoleTag, without_any_link_does_not_raise_the_term) {
   EXPECT_TRUE(v.state.orphan);
 }
 
-TEST(RoleTag, becomes_candidate_when_named_and_only_when_it_has_stood) {
+TEST(RoleTag, becomes_candidate_only_when_named_after_three_seconds_at_standstill) {
   Vehicle v = tag_of_three();
   v.give(1.0, RoleSelf{at(0.0), 0});
   v.receive(1.0, 0, RoleOp::kSeal, 1);
@@ -90,7 +90,7 @@ TEST(RoleTag, becomes_candidate_when_named_and_only_when_it_has_stood) {
   EXPECT_EQ(ops(step), Ops{RoleOp::kPropose});
 }
 
-TEST(RoleTag, does_not_take_a_handover_of_an_old_anchor_while_another_acts) {
+TEST(RoleTag, ignores_a_handover_from_an_old_anchor_while_another_is_active) {
   Vehicle v(1);
   v.receive(0.0, 2, RoleOp::kCommit, 2);
   v.receive(1.0, 0, RoleOp::kHandover, 3, 1);
@@ -116,7 +116,7 @@ TEST(RoleVote, is_given_once_per_term_after_the_seal_or_the_promise) {
   EXPECT_EQ(ops(v.receive(7.6, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kGrant});
 }
 
-TEST(RoleVote, for_somebody_else_is_refused) {
+TEST(RoleVote, requested_on_behalf_of_another_vehicle_is_refused) {
   Vehicle v(1);
   EXPECT_EQ(ops(v.receive(1.0, 2, RoleOp::kPropose, 1, 0)), Ops{RoleOp::kRefuse});
 }
@@ -132,7 +132,7 @@ TEST(RoleVote, survives_a_restart_and_so_does_the_promise) {
   EXPECT_EQ(ops(again.receive(3.0 + kPromise_s, 0, RoleOp::kPropose, 3, 0)), Ops{RoleOp::kGrant});
 }
 
-TEST(RoleVote, is_not_given_where_the_disk_may_have_forgotten_one) {
+TEST(RoleVote, is_not_granted_while_the_saved_role_is_unconfirmed) {
   DurableRole unreadable = durable_of(3);
   unreadable.confirmed = false;
   Vehicle v(1, unreadable);
@@ -142,7 +142,7 @@ TEST(RoleVote, is_not_given_where_the_disk_may_have_forgotten_one) {
   EXPECT_EQ(ops(v.receive(13.0, 2, RoleOp::kPropose, 1, 2)), Ops{RoleOp::kGrant});
 }
 
-TEST(RoleCandidate, commits_with_a_majority_of_the_fleet_and_not_of_those_that_answer) {
+TEST(RoleCandidate, commits_with_a_majority_of_the_fleet_not_of_the_replies) {
   DurableRole five = durable_of(5);
   Vehicle v(0, five);
   v.give(0.0, RoleClaim{});
@@ -160,7 +160,7 @@ TEST(RoleCandidate, commits_with_a_majority_of_the_fleet_and_not_of_those_that_a
   EXPECT_FALSE(may_publish(v.state, at(5.0))) << "the lease counts from the question";
 }
 
-TEST(RoleCandidate, repeats_itself_gives_up_after_two_leases_and_backs_off) {
+TEST(RoleCandidate, repeats_its_proposal_and_backs_off_after_two_leases) {
   Vehicle v(0);
   v.give(0.0, RoleClaim{});
   EXPECT_EQ(ops(v.tick(0.5)), Ops{});
@@ -173,7 +173,7 @@ TEST(RoleCandidate, repeats_itself_gives_up_after_two_leases_and_backs_off) {
   EXPECT_LE(v.state.takeover_at, at(25.0));
 }
 
-TEST(RoleCandidate, that_moves_is_none_and_that_hears_a_commit_follows) {
+TEST(RoleCandidate, withdraws_when_it_moves_and_follows_a_received_commit) {
   Vehicle moved(0);
   moved.give(0.0, RoleClaim{});
   moved.give(1.0, RoleSelf{std::nullopt, 0});
@@ -186,7 +186,7 @@ TEST(RoleCandidate, that_moves_is_none_and_that_hears_a_commit_follows) {
   EXPECT_EQ(ops(step), Ops{RoleOp::kAck});
 }
 
-TEST(RoleAnchor, acts_as_long_as_a_majority_answers_and_then_stands_as_an_orphan) {
+TEST(RoleAnchor, is_active_while_a_majority_acknowledges_and_then_stops_as_orphan) {
   Vehicle v = anchor_of_three();
   EXPECT_EQ(ops(v.tick(1.1)), Ops{RoleOp::kHeartbeat});
   EXPECT_EQ(v.receive(1.3, 2, RoleOp::kAck, 1, 0, 1.1).messages.size(), 0U);
@@ -231,7 +231,7 @@ TEST(RoleAnchor, that_is_pushed_seals_at_once) {
   EXPECT_EQ(ops(step), Ops{RoleOp::kSeal});
 }
 
-TEST(RoleAnchor, whose_term_was_spent_by_a_lost_election_takes_a_new_one_in_the_same_round) {
+TEST(RoleAnchor, renews_its_term_in_the_same_round_after_a_failed_election) {
   Vehicle v = anchor_of_three();
   RoleStep step = v.receive(1.0, 2, RoleOp::kRefuse, 4, 0);
   EXPECT_EQ(v.state.durable.term, 5U);
@@ -248,7 +248,7 @@ TEST(RoleAnchor, whose_term_was_spent_by_a_lost_election_takes_a_new_one_in_the_
   EXPECT_EQ(tag.state.finished, FinishReason::kSignal);
 }
 
-TEST(RoleSealed, names_the_best_then_the_next_and_in_the_end_itself) {
+TEST(RoleSealed, offers_the_role_to_candidates_by_rank_and_finally_to_itself) {
   Vehicle v = anchor_of_three();
   v.give(1.0, RoleEndRound{});
   v.give(1.5, RoleChoice{{id(2), id(1)}});
@@ -265,7 +265,7 @@ TEST(RoleSealed, names_the_best_then_the_next_and_in_the_end_itself) {
   EXPECT_EQ(v.state.durable.term, 4U);
 }
 
-TEST(RoleSealed, votes_for_its_successor_and_stands_until_ten_ranges_tie_it_in) {
+TEST(RoleSealed, votes_for_its_successor_and_stands_until_ten_ranges_are_received) {
   Vehicle v = anchor_of_three();
   v.give(1.0, RoleEndRound{});
   v.give(1.1, RoleChoice{{id(2)}});

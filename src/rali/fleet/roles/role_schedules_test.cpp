@@ -94,7 +94,7 @@ TEST(RoleSchedules, of_five_vehicles_never_have_two_anchors) {
 
 /// Tests the checker itself: with leases longer than the promises (clocks 20 % apart, 0 %
 /// configured) it must find two anchors at one time, else the tests above prove nothing.
-TEST(RoleSchedules, the_checker_sees_two_anchors_if_clocks_break_their_promise) {
+TEST(RoleSchedules, the_checker_detects_two_anchors_if_clock_rates_exceed_their_bound) {
   int overlaps = 0;
   for (std::uint64_t seed = 0; seed < 40 && overlaps == 0; ++seed) {
     RoleFleetSim sim(3, seed);

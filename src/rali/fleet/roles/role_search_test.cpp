@@ -222,19 +222,19 @@ TEST(RoleSearch, of_rounds_that_are_handed_over_finds_no_two_anchors_in_a_term) 
   expect_one_anchor_per_term({3, 2, 0, true}, 1'000);
 }
 
-TEST(RoleSearch, sees_two_anchors_where_one_vote_is_enough) {
+TEST(RoleSearch, finds_two_anchors_if_one_vote_is_enough) {
   Plan plan;
   plan.fleets = {{id(0)}, {id(1)}, {id(2)}};
   EXPECT_GT(Search(plan).violations, 0);
 }
 
-TEST(RoleSearch, sees_two_anchors_where_a_restart_forgets_its_vote) {
+TEST(RoleSearch, finds_two_anchors_if_a_vote_is_lost_in_a_restart) {
   Plan plan;
   plan.forgets = true;
   EXPECT_GT(Search(plan).violations, 0);
 }
 
-TEST(RoleSearch, sees_two_anchors_where_two_of_four_are_enough) {
+TEST(RoleSearch, finds_two_anchors_if_two_of_four_votes_are_enough) {
   Plan plan;
   plan.vehicles = 4;
   plan.fleets = {{id(0), id(1)}, {id(0), id(1)}, {id(2), id(3)}, {id(2), id(3)}};

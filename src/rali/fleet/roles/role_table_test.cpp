@@ -96,7 +96,7 @@ std::string table() {
   return text;
 }
 
-TEST(RoleStateTable, in_the_readme_is_what_the_machine_does) {
+TEST(RoleStateTable, in_the_readme_matches_the_state_machine) {
   std::ifstream file(std::string(RALI_SOURCE_DIR) + "/src/rali/fleet/roles/README.md");
   std::stringstream readme;
   readme << file.rdbuf();

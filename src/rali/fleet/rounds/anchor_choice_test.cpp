@@ -19,7 +19,7 @@ const std::vector<AnchorCandidate> kThree = {
 const std::vector<FrontierSpot> kTwo = {{1, {30.0, 0.0}, 4.0}, {2, {10.0, 12.0}, 9.0}};
 
 // T22.
-TEST(NearestToLargest, is_v3_at_f2_as_worked_by_hand) {
+TEST(NearestToLargest, matches_the_hand_computed_example) {
   const auto chosen = nearest_to_largest(kThree, kTwo);
   ASSERT_TRUE(chosen.has_value());
   EXPECT_EQ(chosen->vehicle, id(3));
@@ -29,7 +29,7 @@ TEST(NearestToLargest, is_v3_at_f2_as_worked_by_hand) {
   EXPECT_NEAR((kThree[1].place_map_m - kTwo[1].centre_map_m).norm(), 18.439, 5e-4);
 }
 
-TEST(NearestToLargest, takes_the_lowest_number_of_equals_and_ways_if_given) {
+TEST(NearestToLargest, breaks_ties_by_vehicle_number_and_uses_given_path_lengths) {
   const std::vector<AnchorCandidate> equal = {{id(7), {5.0, 0.0}}, {id(4), {-5.0, 0.0}}};
   const std::vector<FrontierSpot> one = {{1, {0.0, 0.0}, 3.0}};
   EXPECT_EQ(nearest_to_largest(equal, one)->vehicle, id(4));
@@ -47,7 +47,7 @@ TEST(Assignment, of_two_vehicles_to_three_frontiers_costs_11) {
   EXPECT_EQ(chosen[1], std::optional<std::size_t>(2));
 }
 
-TEST(Assignment, is_that_of_trying_all) {
+TEST(Assignment, matches_brute_force) {
   Rng rng(7, "assignment");
   for (int run = 0; run < 200; ++run) {
     const std::size_t rows = 1 + rng.below(4), columns = 1 + rng.below(4);
@@ -65,7 +65,7 @@ TEST(Assignment, is_that_of_trying_all) {
   }
 }
 
-TEST(Assignment, leaves_out_what_is_not_allowed) {
+TEST(Assignment, skips_pairs_with_infinite_or_nan_cost) {
   const double no = std::numeric_limits<double>::infinity();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto chosen = assign({3, 2, {no, 5, no, 3, nan, no}});
@@ -76,14 +76,14 @@ TEST(Assignment, leaves_out_what_is_not_allowed) {
   EXPECT_EQ(assign({2, 0, {}}).size(), 2U);
 }
 
-TEST(LinkChance, is_one_half_at_the_limit) {
+TEST(LinkChance, is_one_half_at_the_range_limit) {
   const AnchorSettings settings;
   EXPECT_NEAR(link_chance(60.0, settings), 0.5, 1e-12);
   EXPECT_NEAR(link_chance(68.0, settings), 1.0 / (1.0 + std::exp(1.0)), 1e-12);
   EXPECT_GT(link_chance(5.0, settings), 0.99);
 }
 
-TEST(PredictPlaces, are_every_two_metres_round_a_corner_and_at_the_end) {
+TEST(PredictPlaces, lie_every_2_m_along_the_path_and_at_its_end) {
   const std::vector<Vec2> path = {{0, 0}, {3, 0}, {3, 4}};
   const auto places = predict_places(path, {}, 2.0);
   ASSERT_EQ(places.size(), 4U);  // at 2, 4, 6 and the end at 7
@@ -102,7 +102,7 @@ std::vector<PredictedLandmark> along_corridor() {
   return out;
 }
 
-TEST(AnchorValue, is_for_one_place_as_worked_by_hand) {
+TEST(AnchorValue, matches_the_hand_computed_value_for_one_landmark) {
   const map::CellMap map = corridor_with_room();
   const std::vector<PredictedLandmark> one = {{{3.0, 0.4}, Vec2(1.0, 0.0)}};
   // 3 m ahead and 0.4 m lateral: c^2 = 9/9.16 saturates at 0.25.
@@ -113,7 +113,7 @@ TEST(AnchorValue, is_for_one_place_as_worked_by_hand) {
   EXPECT_NEAR(anchor_value({2.9, 0.0}, one, map, settings), 0.01 / 0.17 / 0.25, 1e-3);
 }
 
-TEST(AnchorValue, belongs_on_the_blind_axis_with_sight_and_not_into_a_side_room) {
+TEST(AnchorValue, is_high_along_a_degenerate_corridor_and_low_in_a_side_room) {
   const map::CellMap map = corridor_with_room();
   const AnchorSettings settings;
   const auto places = along_corridor();
@@ -136,7 +136,7 @@ std::vector<AnchorOption> options_of(const std::vector<AnchorCandidate>& candida
   return out;
 }
 
-TEST(RankAnchors, informed_takes_the_one_on_the_axis_where_the_paper_takes_the_nearest) {
+TEST(RankAnchors, informed_mode_prefers_the_corridor_axis_and_paper_mode_the_nearest) {
   const map::CellMap map = corridor_with_room();
   const auto passable = map::passable_cells(map, 0.3);
   // v1 in the side room is nearer to the frontier at the corridor's end than v2 at the mouth.
@@ -155,7 +155,7 @@ TEST(RankAnchors, informed_takes_the_one_on_the_axis_where_the_paper_takes_the_n
   EXPECT_NEAR(-paper[0].score, std::hypot(20.0, 9.0), 1e-9);
 }
 
-TEST(RankAnchors, drives_out_of_the_side_room_if_that_is_near) {
+TEST(RankAnchors, moves_an_anchor_out_of_a_side_room_into_a_near_corridor) {
   const map::CellMap map = corridor_with_room();
   const auto passable = map::passable_cells(map, 0.3);
   const std::vector<AnchorCandidate> one = {{id(1), {25.0, 4.0}}};
@@ -168,7 +168,7 @@ TEST(RankAnchors, drives_out_of_the_side_room_if_that_is_near) {
   EXPECT_NEAR(ranked[0].score, ranked[0].value - 0.02 * ranked[0].path_m, 1e-12);
 }
 
-TEST(RankAnchors, where_nobody_is_blind_falls_back_to_the_nearest) {
+TEST(RankAnchors, without_degeneracy_falls_back_to_the_nearest) {
   const map::CellMap map = corridor_with_room();
   const auto passable = map::passable_cells(map, 0.3);
   const std::vector<AnchorCandidate> candidates = {{id(1), {1.0, 0.0}}, {id(2), {30.0, 0.0}}};
@@ -179,7 +179,7 @@ TEST(RankAnchors, where_nobody_is_blind_falls_back_to_the_nearest) {
   EXPECT_EQ(ranked[0].path_m, 0.0);
 }
 
-TEST(RankAnchors, whoever_stands_in_the_way_of_all_others_comes_last_however_well_it_sees) {
+TEST(RankAnchors, ranks_a_vehicle_that_blocks_all_others_last) {
   const map::CellMap map = corridor_with_room();
   const auto passable = map::passable_cells(map, 0.3);
   const std::vector<FrontierSpot> frontiers = {{1, {45.0, 0.0}, 10.0}};

@@ -15,7 +15,7 @@ FinishInput at(double t_s) {
   return in;
 }
 
-TEST(FinishWatch, weak_radio_ends_the_round_by_the_median_of_two_seconds_and_for_good) {
+TEST(FinishWatch, a_weak_median_rssi_over_two_seconds_ends_the_round_permanently) {
   FinishWatch watch{FinishSettings{}};
   const double dbm[] = {-70, -90, -70, -90, -70};  // one weak packet, then another
   for (int k = 0; k < 5; ++k) {
@@ -40,7 +40,7 @@ TEST(FinishWatch, weak_radio_ends_the_round_by_the_median_of_two_seconds_and_for
   EXPECT_EQ(watch.step(at(13.1)).reason, FinishReason::kNone);
 }
 
-TEST(FinishWatch, distance_is_that_of_a_fresh_range_and_else_of_the_estimates) {
+TEST(FinishWatch, prefers_a_fresh_range_to_the_estimated_distance) {
   FinishWatch watch{FinishSettings{}};
   FinishInput in = at(0.0);
   in.range_m = 40.0;
@@ -58,7 +58,7 @@ TEST(FinishWatch, distance_is_that_of_a_fresh_range_and_else_of_the_estimates) {
 
 // The new anchor stood at the old one's limit. Its ranges were received and discarded with the
 // distance: after 5 s each tag had lost them and stopped, and the mission ended after 60 m of 200.
-TEST(FinishWatch, who_comes_from_afar_hears_ranges_that_do_not_end_its_round) {
+TEST(FinishWatch, ignores_weak_radio_and_long_ranges_while_approaching_from_afar) {
   FinishWatch watch{FinishSettings{}};
   for (int k = 0; k < 100; ++k) {
     FinishInput in = at(0.2 * k);
@@ -77,7 +77,7 @@ TEST(FinishWatch, who_comes_from_afar_hears_ranges_that_do_not_end_its_round) {
   EXPECT_EQ(watch.step(in).reason, FinishReason::kDistance);
 }
 
-TEST(FinishWatch, says_unreachable_where_frontiers_are_left_to_which_it_has_no_way) {
+TEST(FinishWatch, reports_unreachable_if_frontiers_remain_without_a_path) {
   FinishWatch watch{FinishSettings{}};
   FinishInput in = at(0.0);
   in.frontier_left = false;
@@ -96,7 +96,7 @@ TEST(FinishWatch, says_unreachable_where_frontiers_are_left_to_which_it_has_no_w
   EXPECT_EQ(watch.step(in).reason, FinishReason::kExplored) << "nothing is left beyond";
 }
 
-TEST(FinishWatch, warns_a_tenth_of_the_distance_and_five_decibels_before) {
+TEST(FinishWatch, warns_10_percent_before_the_distance_limit_and_5_db_before_rssi) {
   FinishWatch watch{FinishSettings{}};
   FinishInput in = at(0.0);
   in.range_m = 53.9;
@@ -115,7 +115,7 @@ TEST(FinishWatch, warns_a_tenth_of_the_distance_and_five_decibels_before) {
   EXPECT_EQ(view.reason, FinishReason::kNone);
 }
 
-TEST(FinishWatch, explored_holds_for_five_seconds_and_clears_with_a_new_frontier) {
+TEST(FinishWatch, reports_explored_after_five_seconds_and_clears_with_a_new_frontier) {
   FinishWatch watch{FinishSettings{}};
   FinishInput in = at(0.0);
   in.frontier_left.reset();  // no grid yet: "explored" at the start would be wrong
@@ -134,7 +134,7 @@ TEST(FinishWatch, explored_holds_for_five_seconds_and_clears_with_a_new_frontier
   EXPECT_EQ(watch.step(at(27.0)).reason, FinishReason::kNone);
 }
 
-TEST(FinishWatch, ranges_lost_in_a_blind_stretch_first_send_it_back) {
+TEST(FinishWatch, drives_back_before_finishing_if_ranges_are_lost_in_degeneracy) {
   FinishWatch watch{FinishSettings{}};
   FinishInput in = at(0.0);
   in.degenerate = true;
@@ -157,7 +157,7 @@ TEST(FinishWatch, ranges_lost_in_a_blind_stretch_first_send_it_back) {
   EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
 }
 
-TEST(FinishWatch, where_the_lidar_sees_all_no_ranges_are_missed) {
+TEST(FinishWatch, does_not_require_ranges_without_degeneracy) {
   FinishWatch watch{FinishSettings{}};
   for (int k = 0; k < 100; ++k) {
     const FinishView view = watch.step(at(k));
@@ -166,7 +166,7 @@ TEST(FinishWatch, where_the_lidar_sees_all_no_ranges_are_missed) {
   }
 }
 
-TEST(FinishWatch, an_unsure_place_ends_it_and_clears_at_four_fifths) {
+TEST(FinishWatch, finishes_above_0_3_m_sigma_and_clears_below_0_24_m) {
   FinishWatch watch{FinishSettings{}};
   const auto reason_at = [&watch](double t_s, double sigma_m) {
     FinishInput in = at(t_s);
@@ -183,7 +183,7 @@ TEST(FinishWatch, an_unsure_place_ends_it_and_clears_at_four_fifths) {
 
 // Two vehicles stopped a metre beside each other in each round. There ranges do not constrain the
 // direction of travel, so their sigma stayed large and they explored nothing more.
-TEST(FinishWatch, nobody_stops_for_a_place_that_is_unsure_beside_the_anchor) {
+TEST(FinishWatch, ignores_a_large_position_sigma_close_to_the_anchor) {
   FinishWatch watch{FinishSettings{}};
   const auto reason_at = [&watch](double t_s, double range_m, double sigma_m) {
     FinishInput in = at(t_s);
@@ -200,7 +200,7 @@ TEST(FinishWatch, nobody_stops_for_a_place_that_is_unsure_beside_the_anchor) {
 
 // After some stops in a long tunnel every vehicle's sigma is above the bound: a round that counted
 // all of it would end at its start, again and again, with the mission.
-TEST(FinishWatch, what_was_unsure_when_the_round_began_does_not_end_it) {
+TEST(FinishWatch, counts_only_position_uncertainty_gained_since_the_round_started) {
   FinishWatch watch{FinishSettings{}};
   watch.new_round(Time::from_s(0.0));
   const auto reason_at = [&watch](double t_s, double sigma_m) {
@@ -228,7 +228,7 @@ TEST(FinishWatch, a_low_battery_and_the_operator_end_it) {
   EXPECT_EQ(stopped.step(in).reason, FinishReason::kOperator);
 }
 
-TEST(FinishWatch, the_paper_knows_radio_distance_and_explored_only) {
+TEST(FinishWatch, paper_mode_ignores_degeneracy_position_sigma_and_battery) {
   FinishSettings settings;
   settings.rule = FinishRule::kPaper;
   FinishWatch watch(settings);
@@ -246,7 +246,7 @@ TEST(FinishWatch, the_paper_knows_radio_distance_and_explored_only) {
   EXPECT_EQ(watch.step(in).reason, FinishReason::kDistance);
 }
 
-TEST(FinishWatch, numbers_that_are_none_and_late_inputs_change_nothing) {
+TEST(FinishWatch, nan_and_late_inputs_change_nothing) {
   FinishWatch watch{FinishSettings{}};
   const double nan = std::numeric_limits<double>::quiet_NaN();
   FinishInput in = at(10.0);

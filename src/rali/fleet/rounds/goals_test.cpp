@@ -31,7 +31,7 @@ std::optional<Vec2> along_x(const Vec2& /*place*/) { return Vec2(1.0, 0.0); }
 const FrontierSpot kEnd = {1, {49.5, 0.0}, 10.0};
 const FrontierSpot kRoom = {2, {25.0, 9.0}, 4.0};
 
-TEST(Goals, are_one_vehicle_per_frontier_and_the_rest_stand) {
+TEST(Goals, assign_one_vehicle_per_frontier_and_leave_the_rest_standing) {
   const auto out = plan({{id(1), {0.0, 0.0}, true, false, false},
                          {id(2), {2.0, 0.5}},
                          {id(3), {22.0, 0.5}},
@@ -57,12 +57,12 @@ TEST(Goals, stop_before_the_frontier_and_stay_out_of_the_walls) {
   }
 }
 
-TEST(Goals, are_none_where_no_path_leads) {
+TEST(Goals, are_empty_if_no_path_leads_to_a_frontier) {
   const auto out = plan({{id(2), {2.0, 0.5}}}, std::nullopt, {{1, {25.0, -2.8}, 99.0}});
   EXPECT_FALSE(out.goals[0].frontier.has_value());
 }
 
-TEST(Goals, end_in_a_blind_stretch_where_no_range_arrives_any_more) {
+TEST(Goals, end_at_the_radio_limit_in_a_degenerate_stretch) {
   AnchorSettings links;
   links.range_limit_m = 20.0;  // probability of one half there
   links.range_soft_m = 1.0;
@@ -78,7 +78,7 @@ TEST(Goals, end_in_a_blind_stretch_where_no_range_arrives_any_more) {
   EXPECT_GT(seeing.goals[1].path_map_m.back().x(), 48.0);
 }
 
-TEST(Goals, prefer_a_frontier_that_needs_no_cut) {
+TEST(Goals, prefer_a_frontier_whose_whole_path_is_within_radio_range) {
   AnchorSettings links;
   links.range_limit_m = 32.0;
   links.range_soft_m = 1.0;
@@ -111,7 +111,7 @@ TEST(Goals, lead_past_the_anchor_where_the_vehicle_starts_ahead_of_it) {
   EXPECT_FALSE(plan(far, 0, {kEnd}).goals[1].passes) << "40 m back and forth is too dear";
 }
 
-TEST(Goals, behind_the_anchor_lead_past_it_by_themselves) {
+TEST(Goals, of_a_vehicle_behind_the_anchor_pass_it_without_detour) {
   const auto out =
       plan({{id(1), {10.0, -0.8}, true, false, false}, {id(2), {2.0, 0.5}}}, 0, {kEnd});
   EXPECT_TRUE(out.goals[1].passes);
@@ -127,7 +127,7 @@ TEST(Goals, of_a_warned_vehicle_lead_no_further_from_the_anchor) {
   EXPECT_EQ(out.reach[0], Reach::kTooFar);
 }
 
-TEST(Goals, lead_around_whoever_stands_and_close_up_to_it_where_that_leaves_no_room) {
+TEST(Goals, lead_around_a_standing_vehicle_or_end_behind_it_without_room) {
   // The corridor is 3 m wide, of which 2.4 m are left for the centre of a vehicle.
   std::vector<Traveller> column = {{id(1), {10.0, 0.0}, true}, {id(2), {2.0, 0.0}}};
   const auto past = plan(column, 0, {kEnd});
@@ -154,7 +154,7 @@ TEST(Goals, lead_around_whoever_stands_and_close_up_to_it_where_that_leaves_no_r
       << "who drives off is in nobody's way";
 }
 
-TEST(Goals, lead_behind_another_vehicle_only_where_no_frontier_is_free) {
+TEST(Goals, end_behind_another_vehicle_only_if_no_frontier_is_free) {
   GoalSettings tight;
   tight.beside_m = 1.4;
   const std::vector<Traveller> column = {{id(1), {35.0, 0.0}, true}, {id(2), {30.0, 0.0}}};
@@ -163,7 +163,7 @@ TEST(Goals, lead_behind_another_vehicle_only_where_no_frontier_is_free) {
   EXPECT_EQ(out.goals[1].reach, Reach::kThere);
 }
 
-TEST(Goals, are_never_a_frontier_that_the_vehicle_has_missed) {
+TEST(Goals, never_include_a_frontier_that_the_vehicle_failed_to_reach) {
   std::vector<Traveller> two = {{id(1), {2.0, 0.5}}, {id(2), {22.0, 0.5}}};
   two[1].missed = {1};  // the room, to which it is nearer
   const auto out = plan(two, std::nullopt, {kEnd, kRoom});
@@ -173,7 +173,7 @@ TEST(Goals, are_never_a_frontier_that_the_vehicle_has_missed) {
   EXPECT_FALSE(plan(two, std::nullopt, {kEnd, kRoom}).goals[1].frontier.has_value());
 }
 
-TEST(LeadsPast, needs_a_nearest_point_between_the_ends) {
+TEST(LeadsPast, requires_the_closest_point_inside_the_path) {
   EXPECT_TRUE(leads_past(std::vector<Vec2>{{-5, 1}, {5, 1}}, {0, 0}, 2.0));
   EXPECT_FALSE(leads_past(std::vector<Vec2>{{1, 1}, {9, 1}}, {0, 0}, 2.0)) << "only away";
   EXPECT_FALSE(leads_past(std::vector<Vec2>{{-5, 3}, {5, 3}}, {0, 0}, 2.0)) << "too far";

@@ -51,7 +51,7 @@ TEST(RoundMachine, reports_a_mission_of_two_rounds) {
   EXPECT_EQ(name_of(rows[1].ended_by), "end_of_data");
 }
 
-TEST(RoundMachine, says_that_an_anchor_was_lost_if_another_takes_over) {
+TEST(RoundMachine, reports_a_lost_anchor_if_another_takes_over) {
   RoundMachine machine{RoundSettings{}};
   machine.anchor_began(id(0), at(0.0));
   machine.anchor_began(id(2), at(40.0));
@@ -59,7 +59,7 @@ TEST(RoundMachine, says_that_an_anchor_was_lost_if_another_takes_over) {
   EXPECT_EQ(machine.rounds()[0].next_anchor, std::optional(id(2)));
 }
 
-TEST(RoundMachine, the_mission_ends_after_two_looks_without_frontier_with_all_facts) {
+TEST(RoundMachine, ends_the_mission_after_two_complete_searches_without_an_open_frontier) {
   RoundMachine machine{RoundSettings{}};
   machine.anchor_began(id(0), at(0.0));
   const std::vector<VehicleId> two = {id(0), id(1)};
@@ -100,7 +100,7 @@ TEST(RoundMachine, lists_each_frontier_of_a_round_with_its_reason) {
   for (const FrontierRow& row : rows) EXPECT_EQ(row.round, 1U);
 }
 
-TEST(RoundMachine, says_of_frontiers_that_a_mission_leaves_what_kept_the_vehicles_from_them) {
+TEST(RoundMachine, reports_what_blocked_the_frontiers_left_at_the_end) {
   RoundMachine machine{RoundSettings{}};
   machine.anchor_began(id(0), at(0.0));
   const std::vector<VehicleId> two = {id(0), id(1)};
@@ -116,7 +116,7 @@ TEST(RoundMachine, says_of_frontiers_that_a_mission_leaves_what_kept_the_vehicle
   EXPECT_EQ(rows[1].state, map::FrontierState::kOpen);
 }
 
-TEST(StandFinder, finds_stands_of_three_seconds_and_no_shorter_ones) {
+TEST(StandFinder, finds_standstills_of_at_least_three_seconds) {
   StandFinder finder(id(1), 3.0);
   for (int k = 0; k <= 100; ++k) {
     const double t = 0.1 * k;
@@ -128,7 +128,7 @@ TEST(StandFinder, finds_stands_of_three_seconds_and_no_shorter_ones) {
   EXPECT_NEAR(stands[0].end.s(), 8.0, 1e-6);
 }
 
-TEST(StandFinder, a_gap_in_the_marks_ends_a_stand_and_the_last_one_counts) {
+TEST(StandFinder, ends_a_standstill_at_a_data_gap_and_keeps_the_last_one) {
   StandFinder finder(id(1), 3.0);
   for (int k = 0; k <= 40; ++k) finder.add(at(0.1 * k), true);
   for (int k = 0; k <= 40; ++k) finder.add(at(20.0 + 0.1 * k), true);
@@ -141,7 +141,7 @@ TEST(StandFinder, a_gap_in_the_marks_ends_a_stand_and_the_last_one_counts) {
   EXPECT_EQ(finder.stands().size(), 2U);
 }
 
-TEST(RoundsOfStands, leapfrog_is_one_round_per_stand) {
+TEST(RoundsOfStands, leapfrog_driving_gives_one_round_per_standstill) {
   // Both at the start, then in turn; v2 alone moves first.
   const std::vector<Stand> stands = {stand(1, 0, 40), stand(2, 0, 5), stand(2, 35, 90),
                                      stand(1, 85, 120)};
@@ -158,7 +158,7 @@ TEST(RoundsOfStands, leapfrog_is_one_round_per_stand) {
   EXPECT_EQ(*rows[2].end, at(120));
 }
 
-TEST(RoundsOfStands, leaves_times_without_anchor_open) {
+TEST(RoundsOfStands, leaves_intervals_without_an_anchor_open) {
   const std::vector<Stand> stands = {stand(2, 50, 60), stand(1, 10, 20), stand(3, 12, 14)};
   const auto rows = rounds_of_stands(stands, 3.0);
   ASSERT_EQ(rows.size(), 2U);

@@ -60,7 +60,7 @@ class LiveWorldTest : public testing::Test {
   bool go_on_ = true;
 };
 
-TEST_F(LiveWorldTest, SensorsAreTopicsUnderTheVehiclesName) {
+TEST_F(LiveWorldTest, publishes_sensors_under_the_vehicle_name_and_ranges_at_both_ends) {
   world_->on_message({1, sensor::ImuSample{}});
   sensor::RangeSample range;
   range.from = VehicleId{0};
@@ -80,7 +80,7 @@ TEST_F(LiveWorldTest, SensorsAreTopicsUnderTheVehiclesName) {
   }
 }
 
-TEST_F(LiveWorldTest, AGoalWaitsUntilTheVehicleHasAPlaceInTheMap) {
+TEST_F(LiveWorldTest, a_goal_waits_for_the_map_pose_of_the_vehicle) {
   send_goal({12.0, 3.0, 0.0});
   EXPECT_TRUE(decide(1.0).empty());
   send_pose();
@@ -93,7 +93,7 @@ TEST_F(LiveWorldTest, AGoalWaitsUntilTheVehicleHasAPlaceInTheMap) {
   EXPECT_TRUE(decide(1.2).empty()) << "a goal is one command";
 }
 
-TEST_F(LiveWorldTest, TheStatusIsThatOfTheNewGoalNotOfTheOldOne) {
+TEST_F(LiveWorldTest, the_status_refers_to_the_newest_goal) {
   send_pose();
   send_goal({12.0, 3.0, 0.0});
   ASSERT_EQ(decide(1.0).size(), 1U);
@@ -111,7 +111,7 @@ TEST_F(LiveWorldTest, TheStatusIsThatOfTheNewGoalNotOfTheOldOne) {
   EXPECT_EQ(last_status().state, wire::GoalStatus::kAborted);
 }
 
-TEST_F(LiveWorldTest, WhatCannotBeAGoalIsCountedAndLeftOut) {
+TEST_F(LiveWorldTest, counts_and_ignores_invalid_goals) {
   send_pose();
   send_goal({12.0, 3.0, 0.0}, "v2/odom");
   send_goal({std::nan(""), 3.0, 0.0});
@@ -123,7 +123,7 @@ TEST_F(LiveWorldTest, WhatCannotBeAGoalIsCountedAndLeftOut) {
   EXPECT_EQ(world_->counts().goals, 0U);
 }
 
-TEST_F(LiveWorldTest, ItWaitsForTheClockAndEndsWhenReportedTo) {
+TEST_F(LiveWorldTest, waits_for_the_clock_and_ends_when_the_clock_stops) {
   static_cast<void>(decide(1.0));
   EXPECT_FALSE(world_->finished());
   go_on_ = false;
@@ -132,7 +132,7 @@ TEST_F(LiveWorldTest, ItWaitsForTheClockAndEndsWhenReportedTo) {
   EXPECT_EQ(waited_, (std::vector<Time>{Time::from_s(1.0), Time::from_s(1.1)}));
 }
 
-TEST_F(LiveWorldTest, SaysWhoseLidarNobodyListensTo) {
+TEST_F(LiveWorldTest, lists_vehicles_whose_lidar_topic_has_no_subscriber) {
   EXPECT_EQ(world_->unsubscribed(), (std::vector<std::string>{"v1", "v2"}));
   bus_.listened["/v1/velodyne_points"] = 1;
   EXPECT_EQ(world_->unsubscribed(), (std::vector<std::string>{"v2"}));

@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(Bag, EachCompression,
                                            Compression::kBz2),
                          [](const auto& tested) { return std::string(name_of(tested.param)); });
 
-TEST_P(EachCompression, gives_back_what_was_written_with_counts_and_span) {
+TEST_P(EachCompression, reads_back_the_written_messages_counts_and_time_span) {
   const Written written = small_bag(GetParam());
   const auto source = open_bag(memory_bytes(written.bytes, "v1.bag"));
   ASSERT_TRUE(source);
@@ -100,7 +100,7 @@ TEST_P(EachCompression, reads_a_bag_that_was_never_closed) {
   EXPECT_FALSE(got.health.truncated);
 }
 
-TEST_P(EachCompression, cut_at_every_byte_gives_a_prefix_and_says_so) {
+TEST_P(EachCompression, truncated_at_any_byte_gives_a_prefix_and_reports_truncation) {
   const Written written = small_bag(GetParam());
   std::size_t maximum = 0;
   for (std::size_t n = kBagMagic.size(); n < written.bytes.size(); ++n) {
@@ -127,7 +127,7 @@ TEST_P(EachCompression, a_flipped_byte_never_invents_or_repeats_messages) {
   }
 }
 
-TEST(Bag, a_cut_file_says_how_much_of_its_span_was_read) {
+TEST(Bag, a_truncated_file_reports_the_time_span_read) {
   // Without compression, every whole record of the truncated chunk is returned.
   const Written written = small_bag(Compression::kNone, true, 1'000'000);
   const std::size_t seventh = find_text(written.bytes, "message 6");
@@ -143,7 +143,7 @@ TEST(Bag, a_cut_file_says_how_much_of_its_span_was_read) {
   EXPECT_LT(got.health.bytes_lost, 200U);
 }
 
-TEST(Bag, only_chosen_topics_are_handed_out) {
+TEST(Bag, only_selected_topics_are_returned) {
   const Written written = small_bag(Compression::kLz4);
   const auto source = open_bag(memory_bytes(written.bytes, "v1.bag"));
   ASSERT_TRUE(source);
@@ -153,7 +153,7 @@ TEST(Bag, only_chosen_topics_are_handed_out) {
   for (const Got& message : got.messages) EXPECT_EQ(message.topic, "/imu");
 }
 
-TEST(Bag, damage_in_one_compressed_chunk_costs_that_chunk_only_and_is_counted) {
+TEST(Bag, damage_in_one_compressed_chunk_loses_only_that_chunk) {
   Written written = small_bag(Compression::kBz2);
   const std::size_t second = find_text(written.bytes, "BZh", find_text(written.bytes, "BZh") + 1);
   written.bytes[second + 30] ^= std::byte{0xFF};
@@ -164,7 +164,7 @@ TEST(Bag, damage_in_one_compressed_chunk_costs_that_chunk_only_and_is_counted) {
   EXPECT_NE(texts(got.health).find("bz2"), std::string::npos) << texts(got.health);
 }
 
-TEST(Bag, a_lying_record_length_is_passed_by_going_to_the_next_chunk) {
+TEST(Bag, a_wrong_record_length_is_skipped_to_the_next_chunk) {
   Written written = small_bag(Compression::kLz4);
   const std::size_t mark = find_text(written.bytes, "compression=lz4");
   const std::size_t length = find_text(written.bytes, "\x04\x22\x4d\x18", mark) - 4;
@@ -175,7 +175,7 @@ TEST(Bag, a_lying_record_length_is_passed_by_going_to_the_next_chunk) {
   EXPECT_FALSE(got.health.findings.empty());
 }
 
-TEST(Bag, a_message_longer_than_its_chunk_costs_the_rest_of_the_chunk) {
+TEST(Bag, a_message_longer_than_its_chunk_loses_the_rest_of_it) {
   Written written = small_bag(Compression::kNone);
   const std::size_t text = find_text(written.bytes, "message 1x");
   written.bytes[text - 1] = std::byte{0x7F};
@@ -194,7 +194,7 @@ TEST(Bag, a_chunk_larger_than_the_limit_is_refused_with_both_sizes) {
   EXPECT_NE(texts(got.health).find("larger than the 100 that are accepted"), std::string::npos);
 }
 
-TEST(Bag, older_formats_and_encrypted_bags_are_refused_in_words) {
+TEST(Bag, older_formats_and_encrypted_bags_are_refused_with_a_reason) {
   EXPECT_NE(read(copy("#ROSBAG V1.2\nrubbish")).error.find("rosbag fix"), std::string::npos);
   std::vector<std::byte> bytes = copy(kBagMagic);
   std::vector<std::byte> fields;
@@ -244,7 +244,7 @@ TEST(Bag, real_recordings_have_the_messages_their_readme_lists) {
   }
 }
 
-TEST(Bag, the_index_tells_whether_the_chunks_are_in_order_of_time) {
+TEST(Bag, the_index_shows_whether_the_chunks_are_in_time_order) {
   for (const bool back : {false, true}) {
     MemorySink sink;
     BagWriter writer(sink, {Compression::kNone, 1});

@@ -27,7 +27,7 @@ std::vector<std::byte> some_bytes(std::size_t n) {
   return out;
 }
 
-TEST_P(EachCodec, gives_back_what_was_compressed_also_nothing_and_more_than_one_buffer) {
+TEST_P(EachCodec, restores_inputs_from_empty_to_larger_than_one_buffer) {
   Decompressor decompressor;
   for (const std::size_t n :
        {std::size_t{0}, std::size_t{1}, std::size_t{70'000}, std::size_t{300'000}}) {
@@ -40,7 +40,7 @@ TEST_P(EachCodec, gives_back_what_was_compressed_also_nothing_and_more_than_one_
   }
 }
 
-TEST_P(EachCodec, cut_input_gives_a_prefix_and_never_claims_to_be_whole) {
+TEST_P(EachCodec, truncated_input_gives_a_prefix_and_is_reported_as_cut) {
   Decompressor decompressor;
   const auto plain = some_bytes(3000);
   const auto packed = compress(GetParam(), plain);
@@ -52,7 +52,7 @@ TEST_P(EachCodec, cut_input_gives_a_prefix_and_never_claims_to_be_whole) {
   }
 }
 
-TEST_P(EachCodec, more_than_the_limit_is_told_apart_from_what_fits_exactly) {
+TEST_P(EachCodec, output_beyond_the_limit_is_refused) {
   Decompressor decompressor;
   const auto packed = compress(GetParam(), some_bytes(100'000));
   ASSERT_TRUE(packed);
@@ -64,7 +64,7 @@ TEST_P(EachCodec, more_than_the_limit_is_told_apart_from_what_fits_exactly) {
   EXPECT_LT(out.capacity(), 1'000'000U) << "memory must follow the output, not the claim";
 }
 
-TEST_P(EachCodec, nothing_shows_through_of_what_the_output_held_before) {
+TEST_P(EachCodec, previous_contents_of_the_output_are_overwritten) {
   Decompressor decompressor;
   const auto plain = some_bytes(3000);
   const auto packed = compress(GetParam(), plain);
@@ -82,7 +82,7 @@ TEST_P(EachCodec, nothing_shows_through_of_what_the_output_held_before) {
   EXPECT_TRUE(std::equal(out.begin(), out.end(), plain.begin()));
 }
 
-TEST_P(EachCodec, rubbish_is_damaged_and_the_next_frame_still_decodes) {
+TEST_P(EachCodec, reports_invalid_input_as_damaged_and_decodes_the_next_frame) {
   Decompressor decompressor;
   std::vector<std::byte> out;
   EXPECT_EQ(decompressor.decompress(GetParam(), copy("this is not a frame at all"), 1000, out),
@@ -92,7 +92,7 @@ TEST_P(EachCodec, rubbish_is_damaged_and_the_next_frame_still_decodes) {
   EXPECT_EQ(decompressor.decompress(GetParam(), *packed, 5, out), DecodeEnd::kWhole);
 }
 
-TEST_P(EachCodec, two_frames_in_a_row_are_one_text) {
+TEST_P(EachCodec, consecutive_frames_are_concatenated) {
   Decompressor decompressor;
   auto packed = *compress(GetParam(), copy("hello "));
   const auto second = *compress(GetParam(), copy("world"));
@@ -102,7 +102,7 @@ TEST_P(EachCodec, two_frames_in_a_row_are_one_text) {
   EXPECT_EQ(text_of(out), "hello world");
 }
 
-TEST(Codec, names_are_those_of_the_formats) {
+TEST(Codec, names_and_zstd_magic_bytes_are_recognised) {
   EXPECT_EQ(compression_named(""), Compression::kNone);
   EXPECT_EQ(compression_named("lz4"), Compression::kLz4);
   EXPECT_EQ(compression_named("LZ4"), std::nullopt);

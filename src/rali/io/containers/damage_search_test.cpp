@@ -77,7 +77,7 @@ Drained read(const std::shared_ptr<GrownBytes>& source, bool bag, const ReadLimi
   return opened ? drain(**opened) : Drained{};
 }
 
-TEST(DamageSearch, a_recording_grown_to_a_terabyte_by_a_hole_is_read_without_reading_the_hole) {
+TEST(DamageSearch, a_1_tb_hole_is_skipped_without_reading) {
   for (const bool bag : {true, false}) {
     const auto source = std::make_shared<GrownBytes>(recording(bag), 1ULL << 40, true);
     const Drained got = read(source, bag);
@@ -90,7 +90,7 @@ TEST(DamageSearch, a_recording_grown_to_a_terabyte_by_a_hole_is_read_without_rea
   }
 }
 
-TEST(DamageSearch, a_closed_mcap_that_has_grown_is_whole_and_what_lies_behind_it_is_reported) {
+TEST(DamageSearch, reports_bytes_after_the_end_of_a_complete_mcap) {
   const std::vector<std::byte> whole = recording(false, true);
   const auto grown = std::make_shared<GrownBytes>(whole, 1ULL << 40, true);
   const Drained got = read(grown, false);
@@ -112,7 +112,7 @@ TEST(DamageSearch, a_closed_mcap_that_has_grown_is_whole_and_what_lies_behind_it
       << texts(first.health);
 }
 
-TEST(DamageSearch, stored_zeros_and_noise_end_the_search_at_its_limit) {
+TEST(DamageSearch, stops_at_its_limit_in_random_bytes) {
   ReadLimits limits;
   limits.search_bytes = 4U << 20;
   for (const bool bag : {true, false}) {
@@ -131,7 +131,7 @@ TEST(DamageSearch, stored_zeros_and_noise_end_the_search_at_its_limit) {
   }
 }
 
-TEST(DamageSearch, a_chunk_behind_zeros_is_found) {
+TEST(DamageSearch, a_chunk_after_zeros_is_found) {
   for (const bool bag : {true, false}) {
     // The end of the recording follows 3 MB of zeros inserted in its middle.
     std::vector<std::byte> bytes = recording(bag);
@@ -143,7 +143,7 @@ TEST(DamageSearch, a_chunk_behind_zeros_is_found) {
   }
 }
 
-TEST(DamageSearch, holes_of_a_file_on_disk_are_known) {
+TEST(DamageSearch, holes_of_a_sparse_file_are_detected) {
   const testing::ScratchFolder scratch;
   const std::string path = scratch.path + "/grown.bag";
   testing::write_file(path, recording(true));

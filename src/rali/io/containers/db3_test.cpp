@@ -69,7 +69,7 @@ Drained read(const std::vector<std::byte>& bytes, const Db3Hints& hints = {}) {
   return out;
 }
 
-TEST(Db3, gives_back_what_was_written_in_the_order_of_time) {
+TEST(Db3, reads_back_the_written_messages_in_time_order) {
   const Written written = small_db3(12, 20);
   const auto source = open(written.bytes);
   ASSERT_TRUE(source) << source.error().message();
@@ -92,14 +92,14 @@ TEST(Db3, writes_the_same_bytes_twice) {
   EXPECT_EQ(small_db3(12, 500).bytes, small_db3(12, 500).bytes);
 }
 
-TEST(Db3, only_chosen_topics_are_handed_out) {
+TEST(Db3, only_selected_topics_are_returned) {
   const auto source = open(small_db3(12, 20).bytes);
   ASSERT_TRUE(source);
   (*source)->select([](const Topic& topic) { return topic.name == "/imu"; });
   EXPECT_EQ(drain(**source).messages.size(), 6U);
 }
 
-TEST(Db3, messages_compressed_one_by_one_are_known_without_metadata) {
+TEST(Db3, messages_compressed_individually_are_recognised_without_metadata) {
   const Written written = small_db3(
       12, 300, [](const std::string& data) { return *compress(Compression::kZstd, copy(data)); });
   const Drained got = read(written.bytes);
@@ -107,7 +107,7 @@ TEST(Db3, messages_compressed_one_by_one_are_known_without_metadata) {
   EXPECT_EQ(got.health.compression, "zstd");
 }
 
-TEST(Db3, a_damaged_compressed_message_costs_only_itself) {
+TEST(Db3, a_damaged_compressed_message_loses_only_itself) {
   int n = 0;
   const Written written = small_db3(12, 300, [&n](const std::string& data) {
     auto packed = *compress(Compression::kZstd, copy(data));
@@ -120,7 +120,7 @@ TEST(Db3, a_damaged_compressed_message_costs_only_itself) {
   EXPECT_NE(texts(got.health).find("row 5"), std::string::npos) << texts(got.health);
 }
 
-TEST(Db3, cut_at_every_page_gives_only_true_messages_and_one_finding) {
+TEST(Db3, truncated_at_any_page_gives_only_written_messages_and_one_finding) {
   const Written written = small_db3(60, 1500);
   std::size_t maximum = 0;
   for (std::size_t n = 0; n < written.bytes.size(); n += 512) {
@@ -140,7 +140,7 @@ TEST(Db3, cut_at_every_page_gives_only_true_messages_and_one_finding) {
   EXPECT_GT(maximum, 30U) << "a file that is cut near its end must give most of its messages";
 }
 
-TEST(Db3, damaged_pages_in_the_middle_cost_their_rows_only) {
+TEST(Db3, damaged_pages_in_the_middle_lose_only_their_rows) {
   const Written written = small_db3(60, 1500);
   std::vector<std::byte> bytes = written.bytes;
   const std::size_t hit = text_of(bytes).find("message 30") / 4096 * 4096;
@@ -153,7 +153,7 @@ TEST(Db3, damaged_pages_in_the_middle_cost_their_rows_only) {
   EXPECT_EQ(got.health.findings.size(), 1U) << texts(got.health);
 }
 
-TEST(Db3, flipped_bytes_never_stop_the_program) {
+TEST(Db3, flipped_bytes_never_crash_the_reader) {
   const Written written = small_db3(12, 20);
   for (std::size_t i = 0; i < written.bytes.size(); i += 97) {
     std::vector<std::byte> bytes = written.bytes;
@@ -163,7 +163,7 @@ TEST(Db3, flipped_bytes_never_stop_the_program) {
   }
 }
 
-TEST(Db3, a_database_of_something_else_is_refused_in_words) {
+TEST(Db3, a_database_without_rosbag2_tables_is_refused) {
   ScratchFolder scratch;
   {
     auto database = SqlDatabase::create(scratch.path + "/x.db");
@@ -174,7 +174,7 @@ TEST(Db3, a_database_of_something_else_is_refused_in_words) {
   EXPECT_NE(got.error.find("without the tables 'topics' and 'messages'"), std::string::npos);
 }
 
-TEST(Db3, a_view_in_place_of_the_messages_is_not_run) {
+TEST(Db3, a_view_instead_of_the_messages_table_is_refused) {
   ScratchFolder scratch;
   {
     auto database = SqlDatabase::create(scratch.path + "/x.db");
@@ -207,7 +207,7 @@ TEST(Db3, messages_in_the_write_ahead_log_of_a_killed_recorder_are_read) {
   EXPECT_EQ(drain(**source).messages, (std::vector<Got>{{"/t", 5, "one"}}));
 }
 
-TEST(Db3, a_file_cut_on_disk_is_read_like_one_in_memory) {
+TEST(Db3, a_truncated_file_on_disk_is_read_like_one_in_memory) {
   ScratchFolder scratch;
   const Written written = small_db3(60, 1500);
   const auto cut = first(written.bytes, written.bytes.size() - 1000);

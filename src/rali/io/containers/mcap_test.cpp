@@ -87,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(Mcap, EachLayout,
                                            Layout{"chunkless", with(Compression::kNone, 0)}),
                          [](const auto& tested) { return tested.param.name; });
 
-TEST_P(EachLayout, gives_back_what_was_written_with_counts_and_span) {
+TEST_P(EachLayout, reads_back_the_written_messages_counts_and_time_span) {
   const Written written = small_mcap(GetParam().options);
   const auto source = open_mcap(memory_bytes(written.bytes, "v1.mcap"));
   ASSERT_TRUE(source);
@@ -113,7 +113,7 @@ TEST_P(EachLayout, writes_the_same_bytes_twice) {
   EXPECT_EQ(small_mcap(GetParam().options).bytes, small_mcap(GetParam().options).bytes);
 }
 
-TEST_P(EachLayout, tells_the_topics_of_a_file_that_was_never_closed_before_reading_it) {
+TEST_P(EachLayout, lists_topics_of_an_unclosed_file_before_reading_messages) {
   McapWriter::Options options = GetParam().options;
   options.chunk_bytes = std::min<std::size_t>(options.chunk_bytes, 1);
   const Written written = small_mcap(options, /*close=*/false);
@@ -125,7 +125,7 @@ TEST_P(EachLayout, tells_the_topics_of_a_file_that_was_never_closed_before_readi
   EXPECT_TRUE(got.health.unindexed && got.health.truncated);
 }
 
-TEST_P(EachLayout, cut_at_every_byte_gives_a_prefix_and_says_so) {
+TEST_P(EachLayout, truncated_at_any_byte_gives_a_prefix_and_reports_a_missing_index) {
   const Written written = small_mcap(GetParam().options);
   std::size_t maximum = 0;
   for (std::size_t n = kMcapMagic.size(); n < written.bytes.size(); ++n) {
@@ -141,7 +141,7 @@ TEST_P(EachLayout, cut_at_every_byte_gives_a_prefix_and_says_so) {
 }
 
 // Without chunks there is no checksum, so only the chunked layouts guarantee this.
-TEST(Mcap, a_flipped_byte_in_a_chunk_is_never_handed_out_as_data) {
+TEST(Mcap, a_flipped_byte_in_a_chunk_is_never_returned_as_data) {
   for (const Compression compression :
        {Compression::kNone, Compression::kLz4, Compression::kZstd}) {
     const Written written = small_mcap(with(compression));
@@ -159,7 +159,7 @@ TEST(Mcap, a_flipped_byte_in_a_chunk_is_never_handed_out_as_data) {
   }
 }
 
-TEST(Mcap, a_wrong_checksum_costs_its_chunk_and_counts_its_messages) {
+TEST(Mcap, a_wrong_checksum_loses_its_chunk_and_counts_its_messages) {
   Written written = small_mcap(with(Compression::kNone));
   written.bytes[find_text(written.bytes, "message 5x")] ^= std::byte{1};
   const Drained got = read(written.bytes);
@@ -168,7 +168,7 @@ TEST(Mcap, a_wrong_checksum_costs_its_chunk_and_counts_its_messages) {
   EXPECT_NE(texts(got.health).find("checksum"), std::string::npos) << texts(got.health);
 }
 
-TEST(Mcap, whole_messages_of_a_cut_uncompressed_chunk_are_given) {
+TEST(Mcap, complete_messages_of_a_truncated_uncompressed_chunk_are_returned) {
   const Written written = small_mcap(with(Compression::kNone, 1'000'000));
   const Drained got = read(first(written.bytes, find_text(written.bytes, "message 7x")));
   EXPECT_EQ(got.messages.size(), 7U);
@@ -177,7 +177,7 @@ TEST(Mcap, whole_messages_of_a_cut_uncompressed_chunk_are_given) {
   EXPECT_LT(got.health.bytes_lost, 100U);
 }
 
-TEST(Mcap, a_lying_chunk_length_is_passed_by_going_to_the_next_chunk) {
+TEST(Mcap, a_wrong_chunk_length_is_skipped_to_the_next_chunk) {
   for (const Compression compression : {Compression::kNone, Compression::kZstd}) {
     Written written = small_mcap(with(compression));
     std::size_t chunk = 0;
@@ -215,7 +215,7 @@ std::vector<std::byte> one_chunk(std::uint64_t uncompressed_bytes, std::string_v
   return bytes;
 }
 
-TEST(Mcap, a_chunk_that_claims_a_terabyte_is_refused_without_the_memory) {
+TEST(Mcap, a_chunk_with_a_1_tb_header_size_is_refused_without_allocation) {
   const Drained got = read(one_chunk(1ULL << 40, "zstd", 4, "abcd"));
   EXPECT_EQ(got.health.messages_skipped, 1U);
   EXPECT_NE(texts(got.health).find("1099511627776 bytes is larger than the 1073741824"),
@@ -270,7 +270,7 @@ std::optional<bool> in_order(const std::vector<int>& seconds, bool close = true)
   return (*source)->in_order();
 }
 
-TEST(Mcap, the_index_tells_whether_the_chunks_are_in_order_of_time) {
+TEST(Mcap, the_index_shows_whether_the_chunks_are_in_time_order) {
   EXPECT_EQ(in_order({0, 1, 2, 3}), true);
   EXPECT_EQ(in_order({3, 2, 1, 0}), false);
   EXPECT_EQ(in_order({0, 1, 3, 2}), false);

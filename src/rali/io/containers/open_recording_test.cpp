@@ -58,13 +58,13 @@ Drained read(const std::string& path) {
   return out;
 }
 
-TEST(OpenRecording, decides_by_content_and_not_by_name) {
+TEST(OpenRecording, detects_the_format_by_content_not_by_file_name) {
   ScratchFolder scratch;
   write_file(scratch.path + "/x.bag", mcap_of({"one"}));
   EXPECT_EQ(contents(read(scratch.path + "/x.bag")), "one ");
 }
 
-TEST(OpenRecording, says_what_a_file_is_that_it_cannot_read) {
+TEST(OpenRecording, names_the_kind_of_an_unsupported_file) {
   ScratchFolder scratch;
   const auto says = [&](std::string_view bytes, std::string_view words) {
     const std::string path = scratch.path + "/x.bag";
@@ -125,7 +125,7 @@ TEST(OpenRecording, metadata_gives_the_order_with_and_without_a_folder_in_its_pa
   }
 }
 
-TEST(OpenRecording, several_recordings_in_one_folder_are_not_thrown_together) {
+TEST(OpenRecording, several_recordings_in_one_folder_are_refused) {
   ScratchFolder scratch;
   write_file(scratch.path + "/v1.mcap", mcap_of({"a"}));
   write_file(scratch.path + "/v2.mcap", mcap_of({"b"}));
@@ -134,7 +134,7 @@ TEST(OpenRecording, several_recordings_in_one_folder_are_not_thrown_together) {
       << refusal(scratch.path);
 }
 
-TEST(OpenRecording, a_damaged_split_is_left_out_and_the_others_are_read) {
+TEST(OpenRecording, a_damaged_split_is_skipped_and_the_others_are_read) {
   ScratchFolder scratch;
   write_file(scratch.path + "/run_0.mcap", mcap_of({"zero"}));
   write_file(scratch.path + "/run_1.mcap", copy("rubbish"));
@@ -145,7 +145,7 @@ TEST(OpenRecording, a_damaged_split_is_left_out_and_the_others_are_read) {
       << texts(got.health);
 }
 
-TEST(OpenRecording, a_folder_and_a_database_alone_and_compressed_give_the_same) {
+TEST(OpenRecording, folder_single_database_and_compressed_database_give_the_same_messages) {
   ScratchFolder scratch;
   auto writer = Db3Writer::create(scratch.path + "/bag");
   ASSERT_TRUE(writer);
@@ -166,7 +166,7 @@ TEST(OpenRecording, a_folder_and_a_database_alone_and_compressed_give_the_same) 
   EXPECT_EQ(contents(read(scratch.path + "/bag")), "one two ");
 }
 
-TEST(OpenRecording, a_cut_compressed_file_gives_what_lies_before_and_says_so) {
+TEST(OpenRecording, reads_a_truncated_compressed_file_up_to_the_cut) {
   ScratchFolder scratch;
   std::vector<std::string> data;
   std::uint32_t state = 1;
@@ -200,7 +200,7 @@ TEST(OpenRecording, a_cut_compressed_file_gives_what_lies_before_and_says_so) {
   }
 }
 
-TEST(OpenRecording, reads_a_folder_that_may_not_be_written) {
+TEST(OpenRecording, reads_a_read_only_folder) {
   ScratchFolder scratch;
   auto writer = Db3Writer::create(scratch.path + "/bag");
   ASSERT_TRUE(writer);

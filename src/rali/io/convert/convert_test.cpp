@@ -80,7 +80,7 @@ TEST(Convert, bag_becomes_mcap_with_point_clouds) {
   EXPECT_EQ(message.data[0], std::byte{7});
 }
 
-TEST(Convert, same_recording_same_bytes) {
+TEST(Convert, recording_conversion_is_deterministic) {
   const TestFolder folder;
   const std::string bag = write_bag(folder);
   ASSERT_TRUE(convert(bag, folder.path("a.mcap")));
@@ -88,7 +88,7 @@ TEST(Convert, same_recording_same_bytes) {
   EXPECT_EQ(folder.read("a.mcap"), folder.read("b.mcap"));
 }
 
-TEST(Convert, cut_recording_is_converted_with_gaps) {
+TEST(Convert, truncated_recording_is_converted_and_gaps_are_reported) {
   const TestFolder folder;
   write_bag(folder);
   const std::string whole = folder.read("run.bag");
@@ -139,7 +139,7 @@ TEST(Convert, cloud_keeps_all_fields_through_pcd_and_ply) {
   EXPECT_EQ(cloud->column(cloud->field("ring"))[2], 5.0);
 }
 
-TEST(Convert, kitti_cloud_says_what_it_cannot_hold) {
+TEST(Convert, kitti_cloud_reports_the_lost_fields_and_precision) {
   const TestFolder folder;
   const auto done = convert(folder.write("a.pcd", kPcd), folder.path("a.bin"));
   ASSERT_TRUE(done) << done.error().message();
@@ -149,7 +149,7 @@ TEST(Convert, kitti_cloud_says_what_it_cannot_hold) {
   EXPECT_EQ(folder.read("a.bin").size(), 2U * 16U);
 }
 
-TEST(Convert, refuses_a_compressed_or_lying_las) {
+TEST(Convert, refuses_a_compressed_or_inconsistent_las) {
   const TestFolder folder;
   ASSERT_TRUE(convert(folder.write("a.pcd", kPcd), folder.path("a.las")));
   std::string bytes = folder.read("a.las");
@@ -168,7 +168,7 @@ constexpr const char* kTum =
     "# frame levelled by gravity: z is up\n1700000000.123456789 1 2 3 0 0 0.707106781 0.707106781\n"
     "1700000001.000000000 2 2 3 0 0 0 1\n";
 
-TEST(Convert, trajectory_goes_through_every_format_and_back) {
+TEST(Convert, trajectory_survives_a_round_trip_through_every_format) {
   const TestFolder folder;
   const std::string tum = folder.write("a.tum", kTum);
   for (const std::string middle : {"b.csv", "b.euroc"}) {
@@ -204,7 +204,7 @@ TEST(Convert, kitti_trajectory_needs_stamps) {
   EXPECT_FALSE(convert(folder.path("poses.txt"), folder.path("d.tum"), options));
 }
 
-TEST(Convert, names_the_targets_where_the_extension_is_none) {
+TEST(Convert, lists_the_target_formats_for_an_unknown_extension) {
   const TestFolder folder;
   const auto refused = convert(folder.write("a.tum", kTum), folder.path("b.xyz"));
   ASSERT_FALSE(refused);

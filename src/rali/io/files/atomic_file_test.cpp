@@ -11,7 +11,7 @@
 namespace rali::io {
 namespace {
 
-TEST(AtomicFile, is_not_there_before_commit_and_whole_after) {
+TEST(AtomicFile, is_absent_before_commit_and_complete_after) {
   const TestFolder folder;
   auto file = AtomicFile::create(folder.path("map.pcd"));
   ASSERT_TRUE(file);
@@ -47,7 +47,7 @@ TEST(AtomicFile, abandoned_by_assignment_is_removed_too) {
   EXPECT_TRUE(std::filesystem::exists(folder.path("b")));
 }
 
-TEST(AtomicFile, kept_stream_leaves_its_lines_in_the_temporary_file) {
+TEST(AtomicFile, abandoned_with_keep_leaves_its_lines_in_the_temporary_file) {
   const TestFolder folder;
   {
     auto file = AtomicFile::create(folder.path("odo.tum"), OnAbandon::kKeep);
@@ -56,7 +56,7 @@ TEST(AtomicFile, kept_stream_leaves_its_lines_in_the_temporary_file) {
   EXPECT_EQ(folder.read(".odo.tum.tmp"), "line\n");
 }
 
-TEST(AtomicFile, sync_brings_the_bytes_so_far_to_the_temporary_file) {
+TEST(AtomicFile, sync_writes_the_buffered_bytes_to_the_temporary_file) {
   const TestFolder folder;
   auto file = AtomicFile::create(folder.path("odo.tum"));
   ASSERT_TRUE(file && file->write(std::string_view("line\n")));
@@ -65,7 +65,7 @@ TEST(AtomicFile, sync_brings_the_bytes_so_far_to_the_temporary_file) {
   EXPECT_EQ(folder.read(".odo.tum.tmp"), "line\n");
 }
 
-TEST(AtomicFile, holds_what_is_larger_than_its_buffer_in_order) {
+TEST(AtomicFile, writes_data_larger_than_its_buffer_in_order) {
   const TestFolder folder;
   std::string expected;
   auto file = AtomicFile::create(folder.path("big"));
@@ -110,7 +110,7 @@ TEST(AtomicFile, over_a_folder_fails_and_removes_its_temporary_file) {
 }
 
 /// /dev/full simulates a full disk; a symbolic link replaces the temporary file.
-TEST(AtomicFile, on_a_full_disk_is_a_machine_error_that_says_so) {
+TEST(AtomicFile, on_a_full_disk_is_a_machine_error_with_the_reason) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "NO /dev/full: full disk not tested";
   const TestFolder folder;
   std::filesystem::create_symlink("/dev/full", folder.path(".a.tmp"));
@@ -123,7 +123,7 @@ TEST(AtomicFile, on_a_full_disk_is_a_machine_error_that_says_so) {
   EXPECT_EQ(folder.files(), 0U);
 }
 
-TEST(InputFile, says_what_hinders_reading) {
+TEST(InputFile, names_the_reason_if_it_cannot_be_read) {
   const TestFolder folder;
   EXPECT_EQ(InputFile::open("/nowhere/x").error().message(),
             "/nowhere/x: cannot be read: no such file or folder.");

@@ -64,7 +64,7 @@ TEST(Kitti, gives_x_y_z_intensity) {
   EXPECT_EQ(view.frame_id, "lidar");
 }
 
-TEST(Kitti, cut_in_a_point_keeps_the_whole_points_and_says_so) {
+TEST(Kitti, truncated_within_a_point_keeps_the_complete_points_with_a_finding) {
   const std::string whole = kitti_points(100);
   for (std::size_t rest = 1; rest < 16; ++rest) {
     const auto cloud = parse_cloud_file(bytes_of(whole.substr(0, 800 + rest)), "a.bin");
@@ -76,7 +76,7 @@ TEST(Kitti, cut_in_a_point_keeps_the_whole_points_and_says_so) {
   }
 }
 
-TEST(Kitti, three_floats_a_point_are_refused_unless_told) {
+TEST(Kitti, three_floats_per_point_are_refused_unless_specified) {
   const auto bytes = bytes_of(xyz_points(100));
   const auto refused = parse_cloud_file(bytes, "a.bin");
   ASSERT_FALSE(refused);
@@ -89,7 +89,7 @@ TEST(Kitti, three_floats_a_point_are_refused_unless_told) {
   EXPECT_EQ(reported->column(reported->field("z"))[99], -1.0);
 }
 
-TEST(Kitti, a_list_of_times_is_no_scan) {
+TEST(Kitti, a_list_of_times_is_refused_as_scan) {
   std::string times;
   for (int i = 0; i < 1000; ++i) append(times, static_cast<float>(i) * 1e-4F);
   const auto cloud = parse_cloud_file(bytes_of(times), "times.bin");
@@ -97,7 +97,7 @@ TEST(Kitti, a_list_of_times_is_no_scan) {
   EXPECT_NE(cloud.error().what.find("is no LiDAR scan"), std::string::npos);
 }
 
-TEST(CloudFile, says_what_a_file_is_that_is_no_cloud) {
+TEST(CloudFile, names_the_kind_of_a_file_that_is_no_cloud) {
   const auto message = [](std::string_view content, const std::string& path) {
     const auto cloud = parse_cloud_file(bytes_of(content), path);
     return cloud ? std::string("no error") : cloud.error().what;
@@ -113,7 +113,7 @@ TEST(CloudFile, says_what_a_file_is_that_is_no_cloud) {
             "is only zeros, not a point cloud (PCD, PLY, LAS or KITTI .bin)");
 }
 
-TEST(CloudFile, content_decides_over_the_name) {
+TEST(CloudFile, format_is_detected_by_content_not_by_file_name) {
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n2.5\n";
   const auto cloud = parse_cloud_file(bytes_of(ply), "wrong_name.bin");
@@ -121,7 +121,7 @@ TEST(CloudFile, content_decides_over_the_name) {
   EXPECT_EQ(cloud->kind, CloudFileKind::kPly);
 }
 
-TEST(CloudFile, the_three_encodings_of_a_real_sweep_give_the_same_cloud) {
+TEST(CloudFile, the_three_encodings_of_a_real_scan_give_the_same_cloud) {
   RALI_NEEDS_DATA("clouds");
   const auto binary = read_cloud_file(real_data("clouds/vlp16_binary.pcd"));
   const auto packed = read_cloud_file(real_data("clouds/vlp16_compressed.pcd"));
@@ -172,7 +172,7 @@ TEST(CloudFile, reads_every_real_cloud_with_its_known_number_of_points) {
   EXPECT_FLOAT_EQ(static_cast<float>(zipper->column(zipper->field("z"))[0]), 0.00276757F);
 }
 
-TEST(CloudFile, reads_real_kitti_and_refuses_the_twelve_byte_files) {
+TEST(CloudFile, reads_real_kitti_and_refuses_files_with_12_bytes_per_point) {
   RALI_NEEDS_DATA("kitti_0005");
   const auto scan = read_cloud_file(real_data("kitti_0005/scans64_full/000000.bin"));
   ASSERT_TRUE(scan) << scan.error().message();

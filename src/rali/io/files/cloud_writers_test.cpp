@@ -69,7 +69,7 @@ TEST(CloudWriters, map_pcd_and_ply_are_read_back_bit_by_bit) {
   expect_same(*ply, map);
 }
 
-TEST(CloudWriters, parts_give_the_same_bytes_as_the_whole) {
+TEST(CloudWriters, writing_in_parts_gives_the_same_bytes_as_at_once) {
   const TestFolder folder;
   const Map map(100);
   std::size_t at = 0;
@@ -87,7 +87,7 @@ TEST(CloudWriters, parts_give_the_same_bytes_as_the_whole) {
   }
 }
 
-TEST(CloudWriters, an_error_of_the_source_leaves_no_file) {
+TEST(CloudWriters, an_error_of_the_point_source_leaves_no_file) {
   const TestFolder folder;
   const auto parts = [](MapColumns&) -> Result<bool> {
     return fail(ErrorCode::kMachine, "tile", "is gone");
@@ -130,7 +130,7 @@ T at(const std::string& bytes, std::size_t offset) {
 }
 
 /// Offsets taken from the LAS 1.4 specification, not from the writer.
-TEST(LasWriter, header_and_points_lie_where_the_specification_says) {
+TEST(LasWriter, header_and_points_match_the_las_1_4_layout) {
   const TestFolder folder;
   const Map map(60);
   LasOptions options;
@@ -186,7 +186,7 @@ TEST(LasWriter, refuses_what_las_cannot_hold_and_leaves_no_file) {
   EXPECT_EQ(folder.files(), 0U);
 }
 
-TEST(LasWriter, intensities_are_scaled_and_limited_to_16_bits) {
+TEST(LasWriter, intensities_are_scaled_and_clamped_to_16_bits) {
   const TestFolder folder;
   Map map(3);
   map.intensity = {0.5F, 2.0F, -1.0F};

@@ -44,7 +44,7 @@ TEST(CsvReader, takes_quotes_comments_carriage_returns_and_byte_order_marks) {
   EXPECT_FALSE(csv->next().value());
 }
 
-TEST(CsvReader, reports_rows_of_other_lengths) {
+TEST(CsvReader, reports_rows_with_a_wrong_number_of_cells) {
   auto csv = CsvReader::from_text("a,b\n1\n1,2,3\n1,2\n", "x.csv");
   ASSERT_TRUE(csv);
   ASSERT_TRUE(csv->next().value());
@@ -56,7 +56,7 @@ TEST(CsvReader, reports_rows_of_other_lengths) {
   EXPECT_TRUE(csv->complete());
 }
 
-TEST(CsvReader, says_what_is_wrong_with_a_file) {
+TEST(CsvReader, names_the_error_of_an_invalid_file) {
   const auto error_of = [](std::string text) {
     const auto csv = CsvReader::from_text(std::move(text), "x.csv");
     return csv ? std::string("no error") : csv.error().message();
@@ -107,7 +107,7 @@ TEST(CsvReader, reads_a_real_table_to_its_last_row) {
   EXPECT_EQ(rows, 36247);
 }
 
-TEST(CsvWriter, gives_back_what_was_put_in) {
+TEST(CsvWriter, output_is_read_back_by_csv_reader) {
   const TestFolder folder;
   auto writer = CsvWriter::create(folder.path("a.csv"), {"stamp_s", "x", "n", "c", "text", "e"});
   ASSERT_TRUE(writer);

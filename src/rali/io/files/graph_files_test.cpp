@@ -30,7 +30,7 @@ GraphFile two_vertices() {
   return graph;
 }
 
-TEST(GraphFiles, g2o_has_two_tags_only_and_translation_before_rotation) {
+TEST(GraphFiles, g2o_uses_se3_quat_tags_with_translation_before_rotation) {
   const TestFolder folder;
   ASSERT_TRUE(write_g2o(folder.path("graph.g2o"), two_vertices()));
   EXPECT_EQ(folder.read("graph.g2o"),
@@ -58,7 +58,7 @@ TEST(GraphFiles, pyfg_names_vehicles_by_letters_and_holds_ranges) {
   EXPECT_TRUE(text.ends_with("\nEDGE_RANGE 2.500000000 A0 B7 3.741657 1.000000000e-02\n")) << text;
 }
 
-TEST(GraphFiles, no_vehicle_is_called_l_and_those_beyond_the_letters_are_refused) {
+TEST(GraphFiles, pyfg_names_skip_l_and_at_most_25_vehicles_fit) {
   for (std::uint16_t v = 0; v < 25; ++v) {
     const std::string name = pyfg_name({VehicleId{v}, 3});
     ASSERT_EQ(name.size(), 2U);
@@ -73,7 +73,7 @@ TEST(GraphFiles, no_vehicle_is_called_l_and_those_beyond_the_letters_are_refused
   EXPECT_EQ(folder.files(), 0U);
 }
 
-TEST(GridFile, picture_begins_with_the_largest_y) {
+TEST(GridFile, image_rows_start_at_the_largest_y) {
   const TestFolder folder;
   const GridCell cells[] = {GridCell::kFree,     GridCell::kOccupied, GridCell::kUnknown,
                             GridCell::kOccupied, GridCell::kFree,     GridCell::kFree};
@@ -107,7 +107,7 @@ TEST(CovarianceCsv, has_the_21_numbers_of_the_upper_triangle) {
   EXPECT_TRUE(text.ends_with(",4.400000e+01,4.500000e+01,5.500000e+01\n")) << text;
 }
 
-TEST(GraphFiles, g2o_that_was_written_is_read_again) {
+TEST(GraphFiles, written_g2o_is_read_back) {
   const TestFolder folder;
   GraphFile graph = two_vertices();
   graph.vertices[1].T.R = geometry::so3_exp({0.1, -0.2, 0.3});
@@ -123,7 +123,7 @@ TEST(GraphFiles, g2o_that_was_written_is_read_again) {
   EXPECT_EQ(file->graph.edges[0].information, graph.edges[0].information);
 }
 
-TEST(GraphFiles, planar_g2o_is_lifted_and_edges_may_name_vertices_that_have_no_pose) {
+TEST(GraphFiles, planar_g2o_is_lifted_to_3d_and_vertices_may_lack_poses) {
   const auto file = parse_g2o(
       "# a comment\nVERTEX_SE2 7 1 2 1.5707963267948966\nFIX 7\n"
       "EDGE_SE2 7 9 0.5 0 0.1 1 2 3 4 5 6\n",
@@ -163,7 +163,7 @@ TEST(GraphFiles, damaged_g2o_is_refused_with_its_line) {
   EXPECT_FALSE(parse_g2o("", "x.g2o"));
 }
 
-TEST(GraphFiles, g2o_cut_at_any_byte_gives_a_graph_or_an_error) {
+TEST(GraphFiles, g2o_truncated_at_any_byte_gives_a_graph_or_an_error) {
   const std::string text = "VERTEX_SE3:QUAT 0 1 2 3 0 0 0 1\nEDGE_SE2 0 1 0.5 0 0.1 1 2 3 4 5 6\n";
   for (std::size_t n = 0; n < text.size(); ++n) {
     const auto file = parse_g2o(text.substr(0, n), "x.g2o");

@@ -22,7 +22,7 @@ TEST(ImuCsv, reads_columns_in_any_order_to_gyro_and_accelerometer) {
   EXPECT_TRUE(imu->findings().empty());
 }
 
-TEST(ImuCsv, leaves_out_and_counts_what_is_no_sample) {
+TEST(ImuCsv, skips_and_counts_invalid_rows) {
   auto imu = ImuCsvReader::from_text(
       "stamp_s,gx,gy,gz,ax,ay,az\n"
       "1,0,0,0,0,0,9\n"
@@ -52,13 +52,13 @@ TEST(ImuCsv, leaves_out_and_counts_what_is_no_sample) {
             "imu.csv:7: time does not advance in 2 of 9 rows, at worst 0.500000 s back");
 }
 
-TEST(ImuCsv, without_a_column_names_it) {
+TEST(ImuCsv, names_a_missing_column) {
   const auto imu = ImuCsvReader::from_text("stamp_s,gx,gy,gz,ax,ay\n", "imu.csv");
   ASSERT_FALSE(imu);
   EXPECT_NE(imu.error().what.find("has no column 'az'"), std::string::npos);
 }
 
-TEST(ImuCsv, reads_the_real_inertial_data_once_it_has_a_header) {
+TEST(ImuCsv, reads_real_inertial_data_after_a_header_is_added) {
   RALI_NEEDS_DATA("lio_samples/continuous/imu.txt");
   std::ifstream file(real_data("lio_samples/continuous/imu.txt"));
   std::string table = "stamp_s,ax,ay,az,gx,gy,gz\n";

@@ -132,7 +132,7 @@ TEST(MeshFile, a_unit_cube_has_area_6_in_every_format) {
   }
 }
 
-TEST(MeshFile, what_the_writer_writes_is_read_again_with_reflectivity) {
+TEST(MeshFile, written_mesh_is_read_back_with_reflectivity) {
   const TestFolder folder;
   const auto cube = parse(cube_ply(), "a.ply");
   std::vector<float> reflectivity;
@@ -150,7 +150,7 @@ TEST(MeshFile, what_the_writer_writes_is_read_again_with_reflectivity) {
   EXPECT_FALSE(write_mesh_ply(folder.path("x.ply"), cube->vertices, cube->triangles, {{0.5F}}));
 }
 
-TEST(MeshFile, cut_at_any_byte_or_changed_never_crashes_and_never_gives_a_wild_index) {
+TEST(MeshFile, truncated_or_changed_at_any_byte_never_gives_an_invalid_index) {
   for (const Format& format : all_formats()) {
     for (std::size_t n = 0; n < format.file.size(); ++n) {
       std::string wrong = format.file.substr(0, n);
@@ -172,7 +172,7 @@ TEST(MeshFile, cut_at_any_byte_or_changed_never_crashes_and_never_gives_a_wild_i
   }
 }
 
-TEST(MeshFile, cut_binary_files_report_so) {
+TEST(MeshFile, truncated_binary_files_are_reported) {
   EXPECT_NE(error_of(cube_stl_binary().substr(0, 300).replace(0, 5, "cube "), "a.stl")
                 .find("says 12 triangles, but has 216 bytes"),
             std::string::npos);
@@ -206,7 +206,7 @@ TEST(MeshFile, errors_name_file_and_line) {
   EXPECT_NE(missing.error().message().find("/nowhere/a.ply"), std::string::npos);
 }
 
-TEST(MeshFile, a_reflectivity_beyond_0_to_1_is_told_with_its_triangle) {
+TEST(MeshFile, a_reflectivity_outside_0_to_1_is_refused_with_its_triangle) {
   const auto with = [](const std::string& value) {
     return "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
            "property float z\nelement face 2\nproperty list uchar int vertex_indices\n"
@@ -229,7 +229,7 @@ TEST(MeshFile, negative_indices_of_obj_count_from_the_last_vertex) {
   EXPECT_EQ(mesh->triangles[0], (std::array<std::uint32_t, 3>{0, 1, 2}));
 }
 
-TEST(MeshFile, hostile_counts_neither_hang_nor_take_memory) {
+TEST(MeshFile, huge_counts_neither_hang_nor_allocate_memory) {
   const std::string begin = "ply\nformat binary_little_endian 1.0\nelement ";
   EXPECT_NE(
       error_of(begin + "vertex 9000000000000000000\nproperty float x\nend_header\nabc", "a.ply")

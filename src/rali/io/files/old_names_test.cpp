@@ -10,14 +10,14 @@
 namespace rali::io {
 namespace {
 
-TEST(OldNames, lead_to_the_new_ones_and_back) {
+TEST(OldNames, map_to_the_new_names_and_back) {
   EXPECT_EQ(current_name_of("sweeps_dropped"), "scans_dropped");
   EXPECT_EQ(old_name_of("scans_dropped"), "sweeps_dropped");
   EXPECT_EQ(current_name_of("path_m"), "path_m");
   EXPECT_EQ(old_name_of("path_m"), "");
 }
 
-TEST(OldNames, of_a_column_are_read_where_the_new_one_is_absent) {
+TEST(OldNames, of_columns_are_read_if_the_new_name_is_absent) {
   const auto old = CsvReader::from_text("stamp_s,blind,held_by\n1,1,range\n", "a.csv");
   ASSERT_TRUE(old);
   EXPECT_EQ(old->column("degenerate"), 1);
@@ -27,7 +27,7 @@ TEST(OldNames, of_a_column_are_read_where_the_new_one_is_absent) {
   EXPECT_EQ(both->column("degenerate"), 1) << "the new name wins";
 }
 
-TEST(OldNames, are_named_once_for_each_kind_of_file) {
+TEST(OldNames, are_reported_once_per_kind_of_file) {
   const TestFolder folder;
   for (const char* name : {"degeneracy", "errors"}) {
     std::filesystem::create_directories(folder.path(name));

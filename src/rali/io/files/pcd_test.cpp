@@ -33,7 +33,7 @@ constexpr const char* kAscii =
     "SIZE 4 4 4 2\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 2\nHEIGHT 1\n"
     "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n1 2.5 -3 7\nnan nan nan 65535\n";
 
-TEST(Pcd, ascii_gives_its_numbers) {
+TEST(Pcd, ascii_values_are_read) {
   const auto cloud = parse_pcd(bytes_of(kAscii), "a.pcd");
   ASSERT_TRUE(cloud) << cloud.error().message();
   EXPECT_EQ(cloud->encoding, "ascii");
@@ -45,7 +45,7 @@ TEST(Pcd, ascii_gives_its_numbers) {
 }
 
 /// A short file must be an error, never a cloud with invented points.
-TEST(Pcd, ascii_cut_at_any_byte_is_an_error) {
+TEST(Pcd, ascii_truncated_at_any_byte_is_an_error) {
   const std::string text = kAscii;
   for (std::size_t n = 0; n + 6 < text.size(); ++n) {
     EXPECT_FALSE(parse_pcd(bytes_of(text.substr(0, n)), "a.pcd")) << n;
@@ -87,12 +87,12 @@ TEST(Pcd, binary_skips_padding_and_widens_64_bit_integers) {
   expect_binary_content(parse_pcd(bytes_of(binary_header("binary", 2) + binary_body()), "a.pcd"));
 }
 
-TEST(Pcd, stray_bytes_after_the_last_point_do_no_harm) {
+TEST(Pcd, extra_bytes_after_the_last_point_are_ignored) {
   expect_binary_content(
       parse_pcd(bytes_of(binary_header("binary", 2) + binary_body() + "stray"), "a.pcd"));
 }
 
-TEST(Pcd, binary_cut_at_any_byte_says_how_many_points_are_there) {
+TEST(Pcd, binary_truncated_at_any_byte_is_an_error_with_the_point_count) {
   const std::string whole = binary_header("binary", 2) + binary_body();
   for (std::size_t n = 0; n < whole.size(); ++n) {
     EXPECT_FALSE(parse_pcd(bytes_of(whole.substr(0, n)), "a.pcd")) << n;
@@ -125,7 +125,7 @@ TEST(Pcd, compressed_columns_become_points) {
   expect_binary_content(parse_pcd(bytes_of(compressed_file()), "a.pcd"));
 }
 
-TEST(Pcd, compressed_cut_or_changed_at_any_byte_never_crashes) {
+TEST(Pcd, compressed_truncated_or_changed_at_any_byte_never_crashes) {
   const std::string whole = compressed_file();
   for (std::size_t n = 0; n < whole.size(); ++n) {
     EXPECT_FALSE(parse_pcd(bytes_of(whole.substr(0, n)), "a.pcd")) << n;
@@ -139,7 +139,7 @@ TEST(Pcd, compressed_cut_or_changed_at_any_byte_never_crashes) {
   }
 }
 
-TEST(Pcd, hostile_sizes_are_refused_before_memory_is_taken) {
+TEST(Pcd, huge_sizes_are_refused_before_memory_is_allocated) {
   std::string file = binary_header("binary_compressed", 200000000);
   append(file, std::uint32_t{4});
   append(file, std::uint32_t{3400000000U});
@@ -193,7 +193,7 @@ TEST(Pcd, disagreeing_counts_are_reported) {
   EXPECT_EQ(cloud->findings[0].text, "a.pcd: WIDTH 5 x HEIGHT 1 is not POINTS 2; POINTS taken");
 }
 
-TEST(Lzf, runs_may_overlap_what_they_copy) {
+TEST(Lzf, back_references_may_overlap_their_output) {
   // literal 'a','b'; then length 2+3 from distance 2: "ababa"
   const std::string packed = std::string("\x01") + "ab" + "\x60\x01";
   std::vector<std::byte> out(7);
@@ -201,14 +201,14 @@ TEST(Lzf, runs_may_overlap_what_they_copy) {
   EXPECT_EQ(as_text(out), "abababa");
 }
 
-TEST(Lzf, long_runs_take_a_further_byte) {
+TEST(Lzf, long_back_references_use_an_extra_length_byte) {
   const std::string packed("\x00z\xe0\x0a\x00", 5);  // 7 + 10 + 2 copies of distance 1
   std::vector<std::byte> out(20);
   EXPECT_FALSE(lzf_decompress(text_bytes(packed), out));
   EXPECT_EQ(as_text(out), std::string(20, 'z'));
 }
 
-TEST(Lzf, damage_is_named_by_offset) {
+TEST(Lzf, damage_is_reported_with_its_offset) {
   std::vector<std::byte> out(7);
   EXPECT_EQ(lzf_decompress(text_bytes(std::string_view("\x20\x00", 2)), out), 0U);   // before start
   EXPECT_EQ(lzf_decompress(text_bytes("\x05"), out), 0U);                            // cut literal

@@ -62,7 +62,7 @@ void expect_content(const Result<CloudFile>& cloud) {
   EXPECT_EQ(cloud->column(cloud->field("intensity")), (std::vector<double>{200, 201}));
 }
 
-TEST(Ply, all_encodings_give_the_same_vertices_amid_other_elements) {
+TEST(Ply, all_encodings_give_the_same_vertices_between_other_elements) {
   expect_content(parse_ply(bytes_of(binary_file(false)), "a.ply"));
   expect_content(parse_ply(bytes_of(binary_file(true)), "a.ply"));
   expect_content(parse_ply(
@@ -77,7 +77,7 @@ TEST(Ply, headers_with_carriage_returns_are_read) {
   EXPECT_EQ(cloud->column(0)[0], 7.0);
 }
 
-TEST(Ply, cut_at_any_byte_before_the_last_vertex_is_an_error) {
+TEST(Ply, truncated_at_any_byte_before_the_last_vertex_is_an_error) {
   for (const bool big : {false, true}) {
     const std::string whole = binary_file(big);
     for (std::size_t n = 0; n + 5 < whole.size(); ++n) {
@@ -101,7 +101,7 @@ TEST(Ply, changed_at_any_byte_never_crashes) {
   }
 }
 
-TEST(Ply, hostile_counts_neither_hang_nor_take_memory) {
+TEST(Ply, huge_counts_neither_hang_nor_allocate_memory) {
   const std::string begin = "ply\nformat binary_little_endian 1.0\nelement ";
   EXPECT_NE(error_of(begin + "a 9000000000000000000\nelement vertex 4000000000\nproperty uchar x\n"
                              "end_header\nabc")

@@ -54,7 +54,7 @@ TEST(RangeCsv, unknown_radios_are_counted_with_their_first_line) {
   EXPECT_EQ(csv->findings[3].text, "ranges.csv: columns not used: 'room'");
 }
 
-TEST(RangeCsv, without_any_row_that_fits_is_an_error) {
+TEST(RangeCsv, without_any_valid_row_is_an_error) {
   const auto csv =
       parse_ranges_csv("stamp_s,from,to,range_m\n1,a,b,2\n", "ranges.csv", two_vehicles());
   ASSERT_FALSE(csv);
@@ -67,7 +67,7 @@ TEST(RangeCsv, without_any_row_that_fits_is_an_error) {
   EXPECT_NE(column.error().what.find("has no column 'range_m'"), std::string::npos);
 }
 
-TEST(RangeCsv, many_different_unknown_names_do_not_fill_the_memory) {
+TEST(RangeCsv, the_number_of_stored_unknown_names_is_limited) {
   std::string text = "stamp_s,from,to,range_m\n0,v1,v2,3\n";
   for (int i = 0; i < 1000; ++i) text += "1,w" + std::to_string(i) + ",v1,2\n";
   const auto csv = parse_ranges_csv(text, "ranges.csv", two_vehicles());
@@ -76,7 +76,7 @@ TEST(RangeCsv, many_different_unknown_names_do_not_fill_the_memory) {
   EXPECT_EQ(csv->stats.unknown.size(), 100U);
 }
 
-TEST(RadioCsv, reads_strength_of_links) {
+TEST(RadioCsv, reads_signal_strengths) {
   const auto csv =
       parse_radio_csv("stamp_s,from,to,rssi_dbm\n5.5,v2,v1,-71.5\n", "radio.csv", two_vehicles());
   ASSERT_TRUE(csv) << csv.error().message();

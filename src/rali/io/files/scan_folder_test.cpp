@@ -27,7 +27,7 @@ std::string scan(float intensity, int points = 4) {
 
 double first_intensity(const CloudFile& cloud) { return cloud.column(cloud.field("intensity"))[0]; }
 
-TEST(ScanFolder, reads_sweeps_in_natural_order_at_ten_hertz) {
+TEST(ScanFolder, reads_scans_in_natural_order_at_10_hz) {
   const TestFolder folder;
   folder.write("10.bin", scan(10));
   folder.write("9.bin", scan(9));
@@ -70,7 +70,7 @@ TEST(ScanFolder, takes_stamps_from_times_txt) {
   EXPECT_EQ(scans->entries()[1].t.ns, 1630577758100000000);
 }
 
-TEST(ScanFolder, times_that_do_not_fit_are_refused) {
+TEST(ScanFolder, invalid_or_mismatched_times_are_refused) {
   const TestFolder folder;
   folder.write("a.bin", scan(1));
   folder.write("b.bin", scan(2));
@@ -95,7 +95,7 @@ TEST(ScanFolder, times_that_do_not_fit_are_refused) {
   EXPECT_EQ(ScanFolder::open(folder.path()).error().what, "is an empty file, not a list of times");
 }
 
-TEST(ScanFolder, damaged_sweeps_are_named_and_passed_over_and_cut_ones_used) {
+TEST(ScanFolder, damaged_scans_are_skipped_with_a_finding_and_truncated_ones_used) {
   const TestFolder folder;
   folder.write("1.bin", scan(1));
   folder.write("2.bin", "");
@@ -122,7 +122,7 @@ TEST(ScanFolder, damaged_sweeps_are_named_and_passed_over_and_cut_ones_used) {
                 ".bin). The scan is left out");
 }
 
-TEST(ScanFolder, says_why_a_folder_is_none_of_sweeps) {
+TEST(ScanFolder, names_the_reason_if_a_folder_has_no_scans) {
   const TestFolder folder;
   EXPECT_EQ(ScanFolder::open(folder.path()).error().what, "holds no scans (*.pcd, *.ply, *.bin)");
   folder.write("a.pcd", "x");
@@ -133,7 +133,7 @@ TEST(ScanFolder, says_why_a_folder_is_none_of_sweeps) {
 }
 
 /// tools/convert_compact_scans.py makes folders of the compact scans that tests use.
-TEST(ScanFolder, reads_what_the_converter_of_compact_scans_writes) {
+TEST(ScanFolder, reads_the_output_of_convert_compact_scans_py) {
   const TestFolder folder;
   std::filesystem::create_directory(folder.path("in"));
   const std::int16_t xyz[] = {400, -800, 4};  // units of 2.5 mm: 1.0, -2.0, 0.01 m

@@ -27,7 +27,7 @@ TEST(Sha256, agrees_with_the_nist_vectors) {
             "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
-TEST(Sha256, does_not_depend_on_how_the_bytes_are_cut) {
+TEST(Sha256, is_independent_of_how_the_input_is_split) {
   const std::string text(200, 'q');
   for (std::size_t cut = 0; cut <= text.size(); ++cut) {
     Sha256 hash;

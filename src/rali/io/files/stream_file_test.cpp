@@ -10,7 +10,7 @@
 namespace rali::io {
 namespace {
 
-TEST(StreamFile, on_a_full_disk_keeps_its_whole_lines_under_its_name) {
+TEST(StreamFile, on_a_full_disk_keeps_the_complete_lines) {
   const TestFolder folder;
   auto file = StreamFile::create(folder.path("v1.tum"));
   ASSERT_TRUE(file);
@@ -29,7 +29,7 @@ TEST(StreamFile, on_a_full_disk_keeps_its_whole_lines_under_its_name) {
   EXPECT_EQ(folder.files(), 1U) << "no .v1.tum.tmp";
 }
 
-TEST(StreamFile, that_got_no_whole_line_to_the_disk_leaves_nothing) {
+TEST(StreamFile, without_a_complete_line_on_disk_leaves_no_file) {
   const TestFolder folder;
   auto file = StreamFile::create(folder.path("v1.tum"));
   ASSERT_TRUE(file);

@@ -24,14 +24,14 @@ TEST(Text, stamps_keep_every_nanosecond) {
             "-9223372036.854775808");
 }
 
-TEST(Text, what_is_no_stamp_is_refused) {
+TEST(Text, invalid_stamps_are_refused) {
   for (const char* text : {"", "-", "nan", "inf", "1.2.3", "12s", "1e300", "1_0", "0x10",
                            "99999999999", "9999999999.5", "--1", "+-1", "1630577758569490123"}) {
     EXPECT_FALSE(parse_stamp(text)) << text;
   }
 }
 
-TEST(Text, numbers_are_taken_whole_or_not_at_all) {
+TEST(Text, numbers_with_trailing_or_invalid_characters_are_refused) {
   EXPECT_EQ(parse_number(" -1.5e-3\r"), -1.5e-3);
   EXPECT_EQ(parse_number("+7"), 7.0);
   EXPECT_TRUE(std::isnan(*parse_number("nan")));
@@ -51,7 +51,7 @@ TEST(Text, fixed_numbers_have_no_negative_zero) {
   EXPECT_EQ(format_fixed(1.0 / 3.0, 3), "0.333");
 }
 
-TEST(Text, file_names_sort_as_people_count) {
+TEST(Text, file_names_sort_in_natural_numeric_order) {
   std::vector<std::string> names = {"s10", "s2", "s1", "s02", "a", "s2b", "10", "9", "s2a"};
   std::sort(names.begin(), names.end(), natural_less);
   EXPECT_EQ(names,
@@ -60,7 +60,7 @@ TEST(Text, file_names_sort_as_people_count) {
   EXPECT_FALSE(natural_less("same", "same"));
 }
 
-TEST(Text, lines_and_words_are_taken_one_by_one) {
+TEST(Text, lines_and_words_are_split_one_by_one) {
   std::string_view rest = "a b\r\n\nlast";
   std::string_view line;
   ASSERT_TRUE(take_line(rest, line));
@@ -75,7 +75,7 @@ TEST(Text, lines_and_words_are_taken_one_by_one) {
   EXPECT_FALSE(take_line(rest, line));
 }
 
-TEST(Text, messages_show_no_control_characters) {
+TEST(Text, quoted_text_has_no_control_characters) {
   EXPECT_EQ(quoted("a\x1b[31m\n"), "'a?[31m?'");
   EXPECT_EQ(quoted(std::string(50, 'x'), 3), "'xxx...'");
 }

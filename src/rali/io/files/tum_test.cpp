@@ -17,7 +17,7 @@ StampedPose pose_at(double t_s, double yaw_rad) {
   return pose;
 }
 
-TEST(Tum, line_has_the_promised_decimals) {
+TEST(Tum, line_has_9_decimals_for_time_and_6_for_position) {
   EXPECT_EQ(tum_line(pose_at(1.5, 0.0)),
             "1.500000000 1.000000 -2.000000 3.000001 "
             "0.000000000 0.000000000 0.000000000 1.000000000");
@@ -31,7 +31,7 @@ TEST(Tum, quaternions_never_have_a_negative_w) {
   }
 }
 
-TEST(Tum, what_is_written_is_read_back) {
+TEST(Tum, written_poses_are_read_back) {
   const TestFolder folder;
   auto writer = TumWriter::create(folder.path("v1.tum"), {"frame map, body", "stamps: last point"});
   ASSERT_TRUE(writer);
@@ -54,7 +54,7 @@ TEST(Tum, what_is_written_is_read_back) {
 }
 
 /// A kill must cost at most 10 s of data: checks the temporary file while it grows.
-TEST(Tum, lines_reach_the_disk_within_ten_seconds_of_data) {
+TEST(Tum, lines_reach_the_disk_within_10_s_of_data) {
   const TestFolder folder;
   auto writer = TumWriter::create(folder.path("v1.tum"), {});
   ASSERT_TRUE(writer);
@@ -85,7 +85,7 @@ TEST(Tum, errors_name_file_and_line) {
   EXPECT_EQ(error_of("# only a header\n"), "a.tum: has no poses.");
 }
 
-TEST(Tum, a_cut_last_line_is_left_out_and_time_going_back_is_said) {
+TEST(Tum, truncated_last_lines_are_skipped_and_backward_stamps_reported) {
   const auto cut = parse_tum("1 0 0 0 0 0 0 1\n2 0 0 0 0", "a.tum");
   ASSERT_TRUE(cut);
   EXPECT_EQ(cut->poses.size(), 1U);
@@ -106,7 +106,7 @@ TEST(Tum, reads_the_real_trajectories) {
   EXPECT_EQ(read_tum(real_data("lio_samples/continuous/traj.txt"))->poses.size(), 2380U);
 }
 
-TEST(Tum, the_header_says_whether_gravity_has_levelled_the_frame) {
+TEST(Tum, the_header_states_whether_the_frame_is_gravity_aligned) {
   for (const bool levelled : {true, false}) {
     const auto file =
         parse_tum("# T_map_body\n# " + frame_line(levelled) + "\n1 0 0 0 0 0 0 1\n", "v1.tum");

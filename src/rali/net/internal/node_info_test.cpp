@@ -26,7 +26,7 @@ void add(std::vector<std::uint8_t>& out, std::initializer_list<std::uint8_t> byt
   out.insert(out.end(), bytes);
 }
 
-TEST(NodeInfo, is_what_rmw_dds_common_defines) {
+TEST(NodeInfo, has_the_byte_layout_of_rmw_dds_common) {
   std::vector<std::uint8_t> expected{0, 1, 0, 0};
   add(expected, 16, 0xAA);
   add(expected, {1, 0, 0, 0});                         // one node

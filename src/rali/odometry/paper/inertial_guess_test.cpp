@@ -25,7 +25,7 @@ InertialGuess fresh(const SE3& T_body_imu = {}) {
 }
 
 // Test T5 of the design.
-TEST(InertialGuess, levels_itself_at_rest_as_worked_by_hand) {
+TEST(InertialGuess, levels_at_standstill_as_computed_by_hand) {
   InertialGuess guess = fresh();
   FindingList findings;
   const Vec3 gyro(0.003, -0.002, 0.004);
@@ -39,7 +39,7 @@ TEST(InertialGuess, levels_itself_at_rest_as_worked_by_hand) {
   EXPECT_TRUE(findings.empty());
 }
 
-TEST(InertialGuess, waits_for_a_second_of_rest_and_not_at_all_in_motion) {
+TEST(InertialGuess, waits_for_1_s_of_standstill_but_not_in_motion) {
   InertialGuess still = fresh();
   FindingList findings;
   EXPECT_EQ(still.try_start(Time::from_s(0.0), findings), Start::kWait);
@@ -54,7 +54,7 @@ TEST(InertialGuess, waits_for_a_second_of_rest_and_not_at_all_in_motion) {
   EXPECT_EQ(moving.bias().gyro_radps, Vec3::Zero());
 }
 
-TEST(InertialGuess, takes_an_accelerometer_in_g_and_says_so) {
+TEST(InertialGuess, accepts_accelerations_in_units_of_g_and_reports_it) {
   InertialGuess guess = fresh();
   FindingList findings;
   feed(guess, 0.0, 1.0, Vec3(0.0, 0.0, 1.0));
@@ -67,7 +67,7 @@ TEST(InertialGuess, takes_an_accelerometer_in_g_and_says_so) {
   EXPECT_LT(guess.T_odom_body().p.norm(), 1e-6);
 }
 
-TEST(InertialGuess, says_that_gravity_has_a_wrong_norm) {
+TEST(InertialGuess, reports_a_wrong_norm_of_gravity) {
   InertialGuess guess = fresh();
   FindingList findings;
   feed(guess, 0.0, 1.0, Vec3(0.0, 0.0, 5.0));
@@ -76,7 +76,7 @@ TEST(InertialGuess, says_that_gravity_has_a_wrong_norm) {
   EXPECT_EQ(findings[0].id, "odometry.accel_norm");
 }
 
-TEST(InertialGuess, predicts_a_drive_that_its_imu_beside_the_body_measured) {
+TEST(InertialGuess, predicts_the_body_pose_from_an_imu_with_lever_arm) {
   testing::Drive drive;
   testing::Imu imu;
   imu.T_body_imu = {geometry::rotation_from_rpy(0.2, -0.1, 1.0), Vec3(-0.2, 0.1, -0.1)};
@@ -111,7 +111,7 @@ TEST(InertialGuess, coasts_through_a_gap_at_constant_velocity) {
   EXPECT_NEAR(geometry::so3_log(guess.T_odom_body().R).z(), 0.04, 1e-9);
 }
 
-TEST(InertialGuess, goes_on_from_where_it_is_moved_without_a_change_of_speed) {
+TEST(InertialGuess, keeps_its_velocity_when_the_pose_is_moved) {
   InertialGuess guess = fresh();
   guess.reset(Time::from_s(0.0), {});
   std::vector<TimedPose> path;
@@ -124,7 +124,7 @@ TEST(InertialGuess, goes_on_from_where_it_is_moved_without_a_change_of_speed) {
   EXPECT_LT((guess.v_odom_body_mps() - Vec3(1.0, 0.0, 0.0)).norm(), 1e-9);
 }
 
-TEST(InertialGuess, tracks_a_bias_that_the_start_did_not_show) {
+TEST(InertialGuess, estimates_biases_that_appear_after_the_start) {
   InertialGuess guess(ImuNoiseSettings{}, {}, 0.5, 0.05);
   FindingList findings;
   feed(guess, 0.0, 1.0, Vec3(0.0, 0.0, 9.81));
@@ -143,7 +143,7 @@ TEST(InertialGuess, tracks_a_bias_that_the_start_did_not_show) {
 }
 
 // At standstill the gyro's mean is its bias; if the LiDAR shows turning it is not, however even.
-TEST(InertialGuess, learns_gyro_bias_only_while_the_lidar_stands_too) {
+TEST(InertialGuess, estimates_gyro_bias_only_while_the_lidar_measures_no_rotation) {
   for (const bool turning : {false, true}) {
     InertialGuess guess = fresh();
     FindingList findings;

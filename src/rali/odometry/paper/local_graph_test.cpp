@@ -20,7 +20,7 @@ LocalGraph after_a_degenerate_second() {
   return graph;
 }
 
-TEST(LocalGraph, begins_sure_of_yaw_and_place_and_unsure_of_level) {
+TEST(LocalGraph, starts_with_small_yaw_and_position_and_larger_tilt_variance) {
   LocalGraph graph{ImuNoiseSettings{}};
   graph.reset(Vec3::UnitZ(), true);
   const Mat6 P = graph.pose_covariance();
@@ -30,13 +30,13 @@ TEST(LocalGraph, begins_sure_of_yaw_and_place_and_unsure_of_level) {
   EXPECT_NEAR(P(3, 3), 1e-8, 1e-14);
 }
 
-TEST(LocalGraph, grows_by_speed_and_acceleration_where_nothing_is_measured) {
+TEST(LocalGraph, covariance_grows_with_unknown_velocity_and_acceleration) {
   const Mat6 P = after_a_degenerate_second().pose_covariance();
   EXPECT_NEAR(P(3, 3), 5.0, 1e-6);
   EXPECT_NEAR(P(0, 0), 0.05 * 0.05 + 0.25, 1e-9);
 }
 
-TEST(LocalGraph, takes_a_registration_as_a_kalman_filter_does) {
+TEST(LocalGraph, fuses_a_registration_like_a_kalman_filter) {
   // Prior 5 m2, information 20 /m2 at 0.5 m: variance 1/(1/5 + 20) = 0.049505 m2, step 0.49505 m;
   // speed follows by its correlation 4/5.
   LocalGraph graph = after_a_degenerate_second();
@@ -52,7 +52,7 @@ TEST(LocalGraph, takes_a_registration_as_a_kalman_filter_does) {
   EXPECT_NEAR(graph.pose_covariance()(3, 3), 0.049505, 1e-6);
 }
 
-TEST(LocalGraph, leaves_what_the_registration_does_not_see_as_it_was) {
+TEST(LocalGraph, leaves_directions_without_registration_information_unchanged) {
   LocalGraph graph = after_a_degenerate_second();
   Mat6 information = Mat6::Zero();
   information(3, 3) = 20.0;
@@ -65,7 +65,7 @@ TEST(LocalGraph, leaves_what_the_registration_does_not_see_as_it_was) {
   EXPECT_NEAR(graph.pose_covariance()(4, 4), 5.0, 1e-6);
 }
 
-TEST(LocalGraph, keeps_the_state_when_the_pull_is_no_number) {
+TEST(LocalGraph, keeps_the_state_when_the_gradient_is_nan) {
   LocalGraph graph = after_a_degenerate_second();
   Vec6 pull = Vec6::Constant(std::numeric_limits<double>::quiet_NaN());
   imu::InertialState state;
@@ -75,7 +75,7 @@ TEST(LocalGraph, keeps_the_state_when_the_pull_is_no_number) {
   EXPECT_EQ(state.p_odom_m, Vec3(1.0, 2.0, 3.0));
 }
 
-TEST(LocalGraph, lets_the_speed_follow_a_measured_position_by_its_correlation) {
+TEST(LocalGraph, corrects_velocity_through_its_correlation_with_position) {
   // Prior 5 m2, correlated with the speed by 4; a range of 5 m2 moved it by 1 m: S = 10, speed 0.4
   // m/s.
   LocalGraph graph = after_a_degenerate_second();
@@ -88,7 +88,7 @@ TEST(LocalGraph, lets_the_speed_follow_a_measured_position_by_its_correlation) {
   EXPECT_NEAR(graph.pose_covariance()(4, 4), 5.0, 1e-6);
 }
 
-TEST(LocalGraph, knows_as_much_after_a_minute_of_standing_as_before) {
+TEST(LocalGraph, position_variance_does_not_grow_during_one_minute_of_standstill) {
   LocalGraph graph = after_a_degenerate_second();
   graph.start_standstill();
   EXPECT_NEAR(graph.covariance()(3, 3), 0.03 * 0.03, 1e-12);

@@ -22,7 +22,7 @@ Mat6 good() {
   return I;
 }
 
-TEST(MapError, is_none_at_the_first_keyframe_and_adds_up_from_there) {
+TEST(MapError, is_zero_at_the_first_keyframe_and_accumulates_from_there) {
   MapError error;
   error.add_keyframe(at(0.0), good());
   EXPECT_EQ(error.at(at(5.0)).norm(), 0.0);
@@ -35,7 +35,7 @@ TEST(MapError, is_none_at_the_first_keyframe_and_adds_up_from_there) {
   EXPECT_NEAR(error.at(at(11.0))(4, 4), 0.03, 1e-12);
 }
 
-TEST(MapError, leaves_to_the_filter_what_the_registration_does_not_know) {
+TEST(MapError, excludes_directions_the_registration_does_not_observe) {
   Mat6 I = good();
   I(3, 3) = 0.0;
   MapError error;
@@ -46,7 +46,7 @@ TEST(MapError, leaves_to_the_filter_what_the_registration_does_not_know) {
   EXPECT_NEAR(error.at(at(1.0))(3, 3), 4.0, 1e-12);
 }
 
-TEST(MapError, ends_along_a_direction_in_which_a_range_says_where_the_vehicle_is) {
+TEST(MapError, is_replaced_along_a_direction_measured_by_a_range) {
   MapError error;
   error.add_keyframe(at(0.0), good());
   error.add_along(Vec3::UnitX(), 4.0);
@@ -54,7 +54,7 @@ TEST(MapError, ends_along_a_direction_in_which_a_range_says_where_the_vehicle_is
   EXPECT_NEAR(error.at(at(0.0))(3, 3), 0.04, 1e-12);
 }
 
-TEST(MapError, is_metres_after_the_track_was_lost) {
+TEST(MapError, exceeds_1_m_after_tracking_is_lost) {
   MapError error;
   error.add_keyframe(at(0.0), good());
   error.lose();

@@ -44,7 +44,7 @@ bool any_by_looking_at_all(const Cloud& c, const Vec3f& q, float radius) {
   return false;
 }
 
-TEST(Octree, finds_what_looking_at_all_points_finds) {
+TEST(Octree, agrees_with_brute_force_radius_search) {
   Rng rng(1);
   for (const int n : {1, 7, 9, 100, 3000}) {
     const Cloud c = random_cloud(rng, n, 10.0);
@@ -64,7 +64,7 @@ TEST(Octree, finds_what_looking_at_all_points_finds) {
   }
 }
 
-TEST(Octree, takes_the_radius_as_open_bound) {
+TEST(Octree, excludes_points_exactly_at_the_radius) {
   Cloud c;
   c.add(Vec3f(1.0F, 0.0F, 0.0F));
   const Octree tree = tree_of(c);
@@ -73,7 +73,7 @@ TEST(Octree, takes_the_radius_as_open_bound) {
   EXPECT_TRUE(tree.any_within(Vec3f(1.0F, 0.0F, 0.0F), 1e-6F));
 }
 
-TEST(Octree, of_equal_points_ends) {
+TEST(Octree, of_1000_identical_points_has_few_nodes) {
   Cloud c;
   for (int k = 0; k < 1000; ++k) c.add(Vec3f(1.0F, 2.0F, 3.0F));
   const Octree tree = tree_of(c);
@@ -81,7 +81,7 @@ TEST(Octree, of_equal_points_ends) {
   EXPECT_TRUE(tree.any_within(Vec3f(1.0F, 2.0F, 3.0F), 0.01F));
 }
 
-TEST(Octree, of_nothing_and_of_rubbish_finds_nothing) {
+TEST(Octree, finds_nothing_without_points_or_with_non_finite_ones) {
   const Octree never_built;
   EXPECT_FALSE(never_built.any_within(Vec3f::Zero(), 1e9F));
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -98,7 +98,7 @@ TEST(Octree, of_nothing_and_of_rubbish_finds_nothing) {
   EXPECT_TRUE(one.any_within(Vec3f(0.1F, 0.0F, 0.0F), 1.0F));
 }
 
-TEST(Octree, spans_hugely_different_coordinates) {
+TEST(Octree, handles_coordinates_of_very_different_magnitude) {
   Cloud c;
   c.add(Vec3f(3e38F, -3e38F, 0.0F));
   for (int k = 0; k < 20; ++k) c.add(Vec3f(0.1F * static_cast<float>(k), 0.0F, 0.0F));
@@ -106,7 +106,7 @@ TEST(Octree, spans_hugely_different_coordinates) {
   EXPECT_TRUE(tree.any_within(Vec3f(0.5F, 0.0F, 0.0F), 0.2F));
 }
 
-TEST(Octree, rebuilt_is_that_of_the_new_points_only) {
+TEST(Octree, contains_only_the_new_points_after_a_rebuild) {
   Cloud a;
   a.add(Vec3f(1.0F, 0.0F, 0.0F));
   Cloud b;

@@ -109,7 +109,7 @@ bool has_finding(const FindingList& findings, const std::string& id) {
                      [&](const Finding& f) { return f.id == id; });
 }
 
-TEST(PaperOdometry, follows_a_drive_in_a_room_to_centimetres) {
+TEST(PaperOdometry, follows_a_drive_in_a_room_within_4_cm) {
   Bench b;
   b.settings.paper.deskew = PaperDeskew::kFull;
   const Track track = run(b);
@@ -150,7 +150,7 @@ struct MoveOnce final : KeyframeCorrector {
 };
 
 // If the map were not moved, the next registration would pull the pose back to it.
-TEST(PaperOdometry, goes_on_from_where_a_keyframe_and_the_map_were_moved) {
+TEST(PaperOdometry, continues_from_a_corrected_keyframe_and_map) {
   Bench b;
   b.end_s = 4.0;
   b.settings.paper.keyframe_s = 0.5;
@@ -184,7 +184,7 @@ TEST(PaperOdometry, keeps_height_and_level_with_sixteen_rings) {
   EXPECT_LT(track.worst_deg, 0.5);
 }
 
-TEST(PaperOdometry, follows_the_drive_with_every_reading_of_the_text) {
+TEST(PaperOdometry, follows_a_drive_with_every_interpretation_of_the_paper) {
   for (const int variant : {0, 1, 2, 3}) {
     Bench b;
     b.end_s = 3.5;
@@ -199,7 +199,7 @@ TEST(PaperOdometry, follows_the_drive_with_every_reading_of_the_text) {
   }
 }
 
-TEST(PaperOdometry, works_with_lidar_and_imu_beside_the_body) {
+TEST(PaperOdometry, works_with_lidar_and_imu_away_from_the_body_origin) {
   Bench b;
   b.end_s = 4.0;
   b.settings.paper.deskew = PaperDeskew::kFull;
@@ -223,7 +223,7 @@ TEST(PaperOdometry, works_without_imu_at_constant_velocity) {
   EXPECT_GE(track.scans, 49);
 }
 
-TEST(PaperOdometry, says_once_that_rings_are_missing_and_works_without) {
+TEST(PaperOdometry, reports_missing_rings_once_and_works_without_them) {
   Bench b;
   b.end_s = 3.0;
   b.has_rings = false;
@@ -234,7 +234,7 @@ TEST(PaperOdometry, says_once_that_rings_are_missing_and_works_without) {
   EXPECT_LT(track.worst_m, 0.15);
 }
 
-TEST(PaperOdometry, is_surer_of_its_pose_than_the_registration_alone) {
+TEST(PaperOdometry, pose_information_is_at_least_that_assumed_for_the_registration) {
   Bench b;
   b.end_s = 3.0;
   const Track track = run(b);
@@ -276,7 +276,7 @@ TEST(PaperOdometry, reports_a_start_in_motion) {
 
 // A corridor without ends: no point constrains the pose along it, so it must stay at the guess,
 // which does not move.
-TEST(PaperOdometry, stays_at_the_prediction_along_a_blind_direction) {
+TEST(PaperOdometry, keeps_the_prediction_along_a_degenerate_direction) {
   Bench b;
   b.room.low.x() = -1e4;
   b.room.high.x() = 1e4;
@@ -331,7 +331,7 @@ TEST_F(PaperOdometryRubbish, waits_without_inertial_data) {
   EXPECT_EQ(process(scan(b_.room, b_.drive, b_.lidar, 0.2, rng_)).state, TrackState::kWaiting);
 }
 
-TEST_F(PaperOdometryRubbish, predicts_through_empty_scans_and_goes_on) {
+TEST_F(PaperOdometryRubbish, predicts_through_empty_scans_and_recovers) {
   start_at_rest(1.5);
   ASSERT_EQ(last_.state, TrackState::kGood);
   for (double s = 1.5; s < 2.4; s += 0.005) odometry_->add_imu(b_.imu.sample(b_.drive, s, rng_));
@@ -345,7 +345,7 @@ TEST_F(PaperOdometryRubbish, predicts_through_empty_scans_and_goes_on) {
   EXPECT_EQ(process(scan(b_.room, b_.drive, b_.lidar, 2.1, rng_)).state, TrackState::kGood);
 }
 
-TEST_F(PaperOdometryRubbish, survives_scans_of_nonsense) {
+TEST_F(PaperOdometryRubbish, stays_finite_with_nan_and_extreme_points) {
   start_at_rest(1.5);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   double t_s = 1.6;
@@ -362,7 +362,7 @@ TEST_F(PaperOdometryRubbish, survives_scans_of_nonsense) {
   }
 }
 
-TEST_F(PaperOdometryRubbish, survives_scans_that_do_not_move_on_in_time) {
+TEST_F(PaperOdometryRubbish, keeps_the_pose_when_scan_times_go_backwards) {
   start_at_rest(1.5);
   const SE3 before = last_.T_odom_body;
   const ScanResult r = process(scan(b_.room, b_.drive, b_.lidar, 1.0, rng_));
@@ -370,7 +370,7 @@ TEST_F(PaperOdometryRubbish, survives_scans_that_do_not_move_on_in_time) {
   EXPECT_LT((r.T_odom_body.p - before.p).norm(), 1e-9);
 }
 
-TEST_F(PaperOdometryRubbish, survives_inertial_nonsense) {
+TEST_F(PaperOdometryRubbish, ignores_nan_and_late_imu_samples) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   odometry_->add_imu({Time::from_s(0.001), Vec3(nan, 0, 0), Vec3::Zero()});
   odometry_->add_imu({Time::from_s(0.001), Vec3::Zero(), Vec3::Constant(nan)});
@@ -382,7 +382,7 @@ TEST_F(PaperOdometryRubbish, survives_inertial_nonsense) {
 }
 
 // Moved without any data: the new place has nothing in common with the map.
-TEST_F(PaperOdometryRubbish, goes_on_in_a_place_that_fits_nothing) {
+TEST_F(PaperOdometryRubbish, recovers_when_scans_no_longer_match_the_map) {
   b_.settings.paper.matches_min = 100;
   odometry_ = odometry_of(b_);
   start_at_rest(1.5);

@@ -78,7 +78,7 @@ Lidar lidar_of_32_rings() {
   return lidar;
 }
 
-TEST(PaperPipeline, says_that_the_vehicle_stands_while_it_does) {
+TEST(PaperPipeline, reports_standstill_while_standing_and_motion_while_driving) {
   // Otherwise the vehicle is never used as an anchor, and every range to it is refused.
   const Lidar lidar = lidar_of_32_rings();
   const auto odometry = odometry_for(lidar);
@@ -90,7 +90,7 @@ TEST(PaperPipeline, says_that_the_vehicle_stands_while_it_does) {
   EXPECT_TRUE(trip.last.inertial);
 }
 
-TEST(PaperPipeline, knows_less_and_less_along_a_degenerate_direction_and_says_when_it_is_lost) {
+TEST(PaperPipeline, reports_lost_when_sigma_along_a_degenerate_direction_exceeds_1_m) {
   const Lidar lidar = lidar_of_32_rings();
   const auto odometry = odometry_for(lidar);
   DegenerateAlongX corrector;

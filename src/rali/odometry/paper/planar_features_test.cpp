@@ -53,7 +53,7 @@ TEST(PlanarFeatures, five_points_on_a_wall_give_its_normal_towards_the_sensor) {
 
 // Upper half tilted by 4 deg, lower half by -4 deg: n_G and n_O are 8 deg apart, their sum is the
 // wall's normal again. Worked by hand: dx = 0.2 tan 4 deg = 0.013985 at both ends.
-TEST(PlanarFeatures, takes_the_mean_of_two_normals_within_the_angle) {
+TEST(PlanarFeatures, average_two_normals_that_agree_within_the_angle) {
   LidarScan scan = five_points();
   scan.x_m[0] = 5.1F + 0.35F * std::tan(4.0F * kPi / 180.0F);
   scan.z_m[0] = -0.25F;
@@ -96,14 +96,14 @@ TEST(PlanarFeatures, rejects_a_candidate_alone_on_its_ring) {
   EXPECT_EQ(features_of(scan).size(), 0U);
 }
 
-TEST(PlanarFeatures, finds_the_next_ring_that_thinning_has_left) {
+TEST(PlanarFeatures, use_the_next_available_ring_when_rings_are_missing) {
   LidarScan scan = five_points();
   scan.z_m[0] = -0.25F;
   for (auto& r : scan.ring) r = static_cast<std::uint16_t>(4 * r);  // rings 0, 4, 8
   EXPECT_EQ(features_of(scan).size(), 1U);
 }
 
-TEST(PlanarFeatures, neighbours_join_across_the_seam_of_the_azimuth) {
+TEST(PlanarFeatures, neighbours_are_found_across_the_azimuth_wrap_around) {
   LidarScan scan;  // the wall x = +5 has azimuth 0 in its middle: y < 0 comes last
   for (int ring = 0; ring < 3; ++ring) {
     for (int k = -4; k <= 4; ++k) {
@@ -191,7 +191,7 @@ TEST(PlanarFeatures, of_a_reused_extractor_are_those_of_a_fresh_one) {
   EXPECT_EQ(first.nz, fresh.nz);
 }
 
-TEST(PlanarFeatures, raw_signs_are_mixed_where_those_to_the_sensor_are_not) {
+TEST(PlanarFeatures, raw_normals_have_mixed_signs_before_orientation_to_the_sensor) {
   const PlanarFeatures f = features_of(box_scan(0.02F));
   std::size_t turned = 0;
   for (const std::uint8_t t : f.turned) turned += t;
@@ -199,7 +199,7 @@ TEST(PlanarFeatures, raw_signs_are_mixed_where_those_to_the_sensor_are_not) {
   EXPECT_LT(turned, f.size() - f.size() / 10);
 }
 
-TEST(PlanarFeatures, of_rubbish_are_none_and_nothing_breaks) {
+TEST(PlanarFeatures, are_empty_for_empty_or_non_finite_scans) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
   EXPECT_EQ(features_of(LidarScan{}).size(), 0U);
@@ -214,7 +214,7 @@ TEST(PlanarFeatures, of_rubbish_are_none_and_nothing_breaks) {
   EXPECT_EQ(features_of(rubbish).size(), 0U);
 }
 
-TEST(PlanarFeatures, next_to_rubbish_are_those_without_it) {
+TEST(PlanarFeatures, are_not_changed_by_interspersed_nan_points) {
   const LidarScan clean = box_scan(0.02F);
   LidarScan dirty;
   const float nan = std::numeric_limits<float>::quiet_NaN();

@@ -80,7 +80,7 @@ struct Corner {
   }
 };
 
-TEST(Registration, finds_back_to_the_pose_of_a_corner) {
+TEST(Registration, converges_within_2_mm_in_a_corner) {
   const Corner corner;
   const Submap map = corner.submap();
   Registration registration{PaperSettings{}};
@@ -95,7 +95,7 @@ TEST(Registration, finds_back_to_the_pose_of_a_corner) {
   EXPECT_EQ(static_cast<int>(registration.evidence().size()), r.matches);
 }
 
-TEST(Registration, keeps_the_guess_exactly_where_no_plane_stands_against_it) {
+TEST(Registration, keeps_the_guess_along_a_direction_without_planes) {
   const Corner corner(false);  // wall and floor: nothing along x
   const Submap map = corner.submap();
   Registration registration{PaperSettings{}};
@@ -109,7 +109,7 @@ TEST(Registration, keeps_the_guess_exactly_where_no_plane_stands_against_it) {
   EXPECT_LT(r.information(3, 3), 1e-6 * r.information(4, 4));
 }
 
-TEST(Registration, says_unmatched_and_keeps_the_guess_without_features_or_map) {
+TEST(Registration, reports_unmatched_and_keeps_the_guess_without_features_or_map) {
   const Corner corner;
   const Submap map = corner.submap();
   const Submap empty(0.4, 0.5, 20, 100);
@@ -145,7 +145,7 @@ TEST(Registration, does_not_depend_on_the_scale_of_the_weights) {
   EXPECT_LT((ra.information - rb.information).norm(), 1e-6 * ra.information.norm());
 }
 
-TEST(Submap, gives_mean_and_summed_normal_of_neighbours_on_the_querys_side) {
+TEST(Submap, averages_neighbours_with_normals_flipped_to_the_query_side) {
   Submap map(0.5, 1.0, 5, 100);
   const float c = std::cos(0.1F);
   const float s = std::sin(0.1F);
@@ -174,7 +174,7 @@ std::vector<PointNormal> patch_at(float x) {
   return out;
 }
 
-TEST(Submap, holds_the_nearest_keyframes_only_and_forgets_the_oldest) {
+TEST(Submap, uses_only_the_nearest_keyframes_and_drops_the_oldest) {
   Submap map(0.4, 0.5, 2, 3);
   for (int k = 0; k < 5; ++k)
     map.add_keyframe({geometry::Mat3::Identity(), Vec3(10.0 * k, 0, 0)}, patch_at(1.0F));
@@ -194,7 +194,7 @@ TEST(Submap, holds_the_nearest_keyframes_only_and_forgets_the_oldest) {
   EXPECT_FALSE(map.plane_at(Vec3(21.0, 0.2, 0.0), n, plane));
 }
 
-TEST(PointGrid, finds_what_looking_at_all_points_finds) {
+TEST(PointGrid, radius_search_agrees_with_brute_force_and_drops_invalid_points) {
   Rng rng(3);
   std::vector<PointNormal> points;
   for (int k = 0; k < 2000; ++k) {
@@ -217,7 +217,7 @@ TEST(PointGrid, finds_what_looking_at_all_points_finds) {
   }
 }
 
-TEST(DegenerateTranslation, is_taken_out_and_leaves_the_rest) {
+TEST(DegenerateTranslation, is_removed_without_changing_other_directions) {
   // Test T11: x with one rotation, (translation, rotation) [[10, 5], [5, 100]] becomes
   // [[0.25, 5], [5, 100]]; y is not touched.
   geometry::Mat6 I = geometry::Mat6::Zero();
@@ -237,7 +237,7 @@ TEST(DegenerateTranslation, is_taken_out_and_leaves_the_rest) {
   EXPECT_NEAR(b[4], 2.0, 1e-12);
 }
 
-TEST(DegenerateTranslation, is_the_weakest_near_the_normals_direction_not_that_itself) {
+TEST(DegenerateTranslation, is_the_weakest_direction_near_the_one_given_by_normals) {
   // Walls constrain the direction 2 degrees off y by 1e4, noise gives 10. If x itself were removed,
   // nothing of the walls would be left.
   const Vec3 wall(-std::sin(0.035), std::cos(0.035), 0.0);

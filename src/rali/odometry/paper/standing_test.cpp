@@ -72,7 +72,7 @@ struct Stand {
   double t_s = 0.0, sampled_s = 0.0;
 };
 
-TEST(Standing, lasts_for_minutes_though_windows_of_noise_fail_a_test_by_chance) {
+TEST(Standing, lasts_200_s_although_single_noise_windows_fail_by_chance) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     Stand vehicle(seed);
     for (int k = 0; k < 20; ++k) vehicle.step(Vec3::Zero());
@@ -83,7 +83,7 @@ TEST(Standing, lasts_for_minutes_though_windows_of_noise_fail_a_test_by_chance) 
   }
 }
 
-TEST(Standing, starts_with_an_imu_that_is_turned_against_the_body) {
+TEST(Standing, starts_with_an_imu_rotated_against_the_body) {
   Stand vehicle(4, {geometry::rotation_from_rpy(0.0, 1.2, 0.4), Vec3::Zero()});
   for (int k = 0; k < 20; ++k) vehicle.step(Vec3::Zero());
   EXPECT_TRUE(vehicle.held);
@@ -99,14 +99,14 @@ TEST(Standing, ends_when_the_imu_measures_driving) {
   EXPECT_FALSE(stands) << "0.08 m alone would not end it";
 }
 
-TEST(Standing, ends_when_the_lidar_sees_the_vehicle_leave_its_place) {
+TEST(Standing, ends_when_the_lidar_measures_a_shift_of_15_cm) {
   Stand vehicle(6);
   for (int k = 0; k < 100; ++k) vehicle.step(Vec3::Zero());
   ASSERT_TRUE(vehicle.held);
   EXPECT_FALSE(vehicle.step(Vec3(0.15, 0.0, 0.0)));
 }
 
-TEST(Standing, lasts_when_the_lidar_sees_it_leave_along_a_degenerate_direction_only) {
+TEST(Standing, lasts_when_the_measured_shift_is_only_along_a_degenerate_direction) {
   Stand vehicle(8);
   for (int k = 0; k < 100; ++k) vehicle.step(Vec3::Zero());
   ASSERT_TRUE(vehicle.held);

@@ -28,7 +28,7 @@ TEST(PaperWeights, agree_with_the_numbers_worked_by_hand) {
   EXPECT_NEAR(multi_metric_weight(kPoint, kNormal, 6, true, kQuartiles, s), 3.753664, 1e-6);
 }
 
-TEST(PaperWeights, kinematic_scale_quartile_is_free_of_the_unit) {
+TEST(PaperWeights, kinematic_weight_with_quartile_scale_is_independent_of_length_units) {
   PaperSettings s;
   s.kin_scale = KinematicScale::kQuartile;
   EXPECT_NEAR(kinematic_weight(kPoint, kNormal, kQuartiles, s), 1.745329, 1e-6);
@@ -54,7 +54,7 @@ TEST(PaperWeights, raw_point_clamps_the_argument_instead_of_giving_nan) {
   EXPECT_NEAR(kinematic_weight(kPoint, -kNormal, kQuartiles, s), std::numbers::pi * 10.0, 1e-9);
 }
 
-TEST(PaperWeights, depend_on_the_sign_of_the_normal_only_as_printed) {
+TEST(PaperWeights, ignore_the_sign_of_the_normal_unless_set_as_printed) {
   PaperSettings s;
   EXPECT_EQ(kinematic_weight(kPoint, kNormal, kQuartiles, s),
             kinematic_weight(kPoint, -kNormal, kQuartiles, s));
@@ -62,7 +62,7 @@ TEST(PaperWeights, depend_on_the_sign_of_the_normal_only_as_printed) {
   EXPECT_NEAR(kinematic_weight(kPoint, -kNormal, kQuartiles, s), 120.0 * kDeg * 10.0, 1e-9);
 }
 
-TEST(PaperWeights, stay_finite_at_their_edges) {
+TEST(PaperWeights, stay_finite_at_extreme_inputs) {
   const PaperSettings s;
   EXPECT_EQ(range_weight(0.0, {0.0, 0.0}), 1.0);
   EXPECT_NEAR(range_weight(4.0, kQuartiles), 0.5, 1e-15);
@@ -88,7 +88,7 @@ TEST(PaperWeights, quartiles_are_nearest_ranks) {
 }
 
 // Finding F9: inside rho the information grows with the square of the weight and the knee moves.
-TEST(PaperWeights, inside_of_rho_acts_on_the_square_and_on_the_knee) {
+TEST(PaperWeights, weight_inside_rho_is_squared_and_shifts_the_huber_threshold) {
   PaperSettings s;
   s.huber_m = 0.1;
   EXPECT_NEAR(irls_weight(0.5, 0.19, s), 0.25, 1e-15);
@@ -100,7 +100,7 @@ TEST(PaperWeights, inside_of_rho_acts_on_the_square_and_on_the_knee) {
 }
 
 // The weight must be rho'(r)/r; otherwise the steps do not descend the cost that accepts them.
-TEST(PaperWeights, irls_weight_is_the_slope_of_the_cost) {
+TEST(PaperWeights, irls_weight_times_residual_is_the_slope_of_the_cost) {
   for (const WeightPlace place : {WeightPlace::kInside, WeightPlace::kOutside}) {
     PaperSettings s;
     s.weight_place = place;
@@ -115,7 +115,7 @@ TEST(PaperWeights, irls_weight_is_the_slope_of_the_cost) {
   }
 }
 
-TEST(PaperWeights, literal_stands_for_the_printed_readings) {
+TEST(PaperWeights, literal_setting_selects_the_formulas_as_printed) {
   PaperSettings s;
   s.literal = true;
   const PaperSettings r = s.resolved();

@@ -37,7 +37,7 @@ TEST(AccelerationWatch, gives_the_mean_over_a_second_at_any_rate_of_scans) {
   EXPECT_NEAR(seen_mps2(0.0, 0.1, 0.5), 0.5, 0.03);
 }
 
-TEST(AccelerationWatch, measures_nothing_across_a_gap_or_a_new_map) {
+TEST(AccelerationWatch, gives_no_mean_across_a_gap_or_after_a_reset) {
   AccelerationWatch watch;
   const SE3 step{Mat3::Identity(), Vec3(0.1, 0.0, 0.0)};
   for (int k = 0; k < 30; ++k) watch.add(Time::from_s(0.1 * k), step);
@@ -48,7 +48,7 @@ TEST(AccelerationWatch, measures_nothing_across_a_gap_or_a_new_map) {
   EXPECT_FALSE(watch.mean_mps2());
 }
 
-TEST(UnexplainedShift, is_what_lies_beyond_three_sigma_along_the_shift) {
+TEST(UnexplainedShift, is_the_part_beyond_3_sigma_along_the_shift) {
   const Mat3 P = Vec3(4.0, 0.0001, 0.0001).asDiagonal();
   EXPECT_EQ(unexplained_shift({5.0, 0.0, 0.0}, P), Vec3::Zero()) << "a blind axis seen again";
   EXPECT_NEAR(unexplained_shift({0.0, 5.0, 0.0}, P).y(), 4.97, 1e-9);
@@ -61,7 +61,7 @@ bool is_lost(const Driven& driven, const char* why) {
   });
 }
 
-TEST(AccelerationBound, a_pose_that_moves_as_no_such_vehicle_can_is_lost) {
+TEST(AccelerationBound, reports_divergence_when_acceleration_exceeds_the_vehicle_limit) {
   OdometrySettings settings;
   settings.robust.constraints.accel_max_mps2 = 0.2;  // the vehicle speeds up by 1 m/s in a second
   settings.robust.constraints.standstill = false;    // all the while its pose follows

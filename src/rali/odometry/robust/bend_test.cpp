@@ -48,13 +48,13 @@ Mat6 scan_of_bent_walls(double radpm) {
   return I;
 }
 
-TEST(Bend, of_bent_walls_is_their_curvature) {
+TEST(Bend, equals_the_curvature_of_curved_walls) {
   EXPECT_NEAR(unseen_turn_radpm(scan_of_bent_walls(kBend_radpm), Vec3::UnitX(), driving()),
               kBend_radpm, 1e-9);
   EXPECT_NEAR(unseen_turn_radpm(scan_of_bent_walls(-0.01), Vec3::UnitX(), driving()), -0.01, 1e-9);
 }
 
-TEST(Bend, turns_the_other_way_when_the_axis_points_back) {
+TEST(Bend, changes_sign_when_the_axis_is_reversed) {
   Bend bend = bent();
   EXPECT_NEAR(bend.here_radpm(), kBend_radpm, 1e-12);
   bend.follow(-Vec3::UnitX(), -kBend_radpm, 1.0);
@@ -62,13 +62,13 @@ TEST(Bend, turns_the_other_way_when_the_axis_points_back) {
   EXPECT_NEAR(bend.gathered_radpm(), -kBend_radpm, 1e-12);
 }
 
-TEST(Bend, noise_of_single_scans_is_averaged) {
+TEST(Bend, averages_the_noise_of_single_scans) {
   Bend bend;
   for (int k = 0; k < 200; ++k) bend.follow(Vec3::UnitX(), k % 2 == 0 ? 1e-3 : -1e-3, 1.0);
   EXPECT_LT(std::abs(bend.here_radpm()), 5e-5);
 }
 
-TEST(Bend, an_error_that_came_about_in_two_bends_has_turned_by_both) {
+TEST(Bend, weights_curvature_by_the_uncertainty_gained_in_each_bend) {
   Bend bend;
   for (int k = 1; k <= 400; ++k) bend.follow(Vec3::UnitX(), 0.004, 1.0 * k / 400);
   for (int k = 1; k <= 400; ++k) bend.follow(Vec3::UnitX(), 0.0, 1.0 + 1.0 * k / 400);
@@ -78,7 +78,7 @@ TEST(Bend, an_error_that_came_about_in_two_bends_has_turned_by_both) {
   EXPECT_LT(bend.here_radpm(), 1e-6);
 }
 
-TEST(Bend, a_vehicle_that_is_moved_stays_between_the_walls_and_heads_along_them) {
+TEST(Bend, a_position_correction_follows_the_arc_and_keeps_heading_tangential) {
   const Bend bend = bent();
   FilterState state = driving();
   StateVec delta = StateVec::Zero();
@@ -92,7 +92,7 @@ TEST(Bend, a_vehicle_that_is_moved_stays_between_the_walls_and_heads_along_them)
   EXPECT_NEAR(std::atan2(heading.y(), heading.x()), 0.2, 1e-9);
 }
 
-TEST(Bend, a_faster_vehicle_turns_faster_than_the_bias_was_fitted_to) {
+TEST(Bend, a_speed_correction_adjusts_the_gyro_bias_by_the_curvature) {
   FilterState state = driving();
   StateVec delta = StateVec::Zero();
   delta[kVel] = 0.3;
@@ -101,7 +101,7 @@ TEST(Bend, a_faster_vehicle_turns_faster_than_the_bias_was_fitted_to) {
   EXPECT_NEAR(state.gyro_bias_radps.z(), -0.3 * kBend_radpm, 1e-12);
 }
 
-TEST(Bend, what_a_scan_does_not_see_is_the_screw) {
+TEST(Bend, unobservable_motion_of_a_scan_is_a_screw) {
   const Bend bend = bent();
   const FilterState state = driving();
   const Mat6 I = bend.unseen_in(scan_of_bent_walls(kBend_radpm), state);
@@ -113,7 +113,7 @@ TEST(Bend, what_a_scan_does_not_see_is_the_screw) {
   EXPECT_GT(shift.dot(I * shift), 1.0);
 }
 
-TEST(Bend, who_does_not_know_the_position_does_not_know_the_heading) {
+TEST(Bend, position_uncertainty_along_a_bend_implies_heading_uncertainty) {
   const Mat6 P = bent().turned_covariance(driving());
   EXPECT_NEAR(std::sqrt(P(2, 2)), kBend_radpm, 1e-9);
   EXPECT_NEAR(P(2, 3), kBend_radpm, 1e-9);
@@ -121,7 +121,7 @@ TEST(Bend, who_does_not_know_the_position_does_not_know_the_heading) {
   EXPECT_NEAR(std::sqrt(P(4, 4)), 0.5 * kBend_radpm, 1e-9) << "an arc ends beside its tangent";
 }
 
-TEST(Bend, where_nothing_is_degenerate_nothing_is_turned) {
+TEST(Bend, has_no_effect_after_the_degenerate_stretch_ends) {
   Bend bend = bent();
   bend.end();
   FilterState state = driving();

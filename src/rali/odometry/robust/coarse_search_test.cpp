@@ -58,7 +58,7 @@ struct CoarseSearchTest : testing::Test {
   CoarseSearchSettings settings;
 };
 
-TEST(PoseGuess, leaves_out_what_is_uncertain_along_unseen_translations_and_turns_with_it) {
+TEST(PoseGuess, excludes_uncertainty_along_degenerate_translations_and_the_correlated_rotation) {
   // 50 m along x with 0.01 rad per metre, plus independent 0.02 rad and 0.1 m laterally.
   geometry::Mat6 P = geometry::Mat6::Zero();
   geometry::Vec6 slide = geometry::Vec6::Zero();
@@ -77,7 +77,7 @@ TEST(PoseGuess, leaves_out_what_is_uncertain_along_unseen_translations_and_turns
   EXPECT_FALSE(needs_search(rest, {}));
 }
 
-TEST_F(CoarseSearchTest, a_turn_of_45_degrees_and_a_step_of_60_cm_are_found) {
+TEST_F(CoarseSearchTest, finds_a_rotation_of_45_degrees_and_a_step_of_60_cm) {
   const PoseGuess guess{SE3{}, 0.3, 15.0 * kDegree};
   const auto found = search_pose(recent, now, guess, kUp, settings);
   ASSERT_FALSE(found.empty());
@@ -85,7 +85,7 @@ TEST_F(CoarseSearchTest, a_turn_of_45_degrees_and_a_step_of_60_cm_are_found) {
   EXPECT_LT(turn_deg(found.front()), 3.0);
 }
 
-TEST_F(CoarseSearchTest, a_guess_that_is_right_comes_back_first) {
+TEST_F(CoarseSearchTest, returns_a_correct_guess_first) {
   const PoseGuess guess{truth, 0.3, 15.0 * kDegree};
   const auto found = search_pose(recent, now, guess, kUp, settings);
   ASSERT_FALSE(found.empty());
@@ -93,7 +93,7 @@ TEST_F(CoarseSearchTest, a_guess_that_is_right_comes_back_first) {
   EXPECT_LT(turn_deg(found.front()), 2.0);
 }
 
-TEST_F(CoarseSearchTest, a_tilt_and_a_rise_within_half_a_cell_are_climbed_to) {
+TEST_F(CoarseSearchTest, refines_a_small_tilt_and_a_rise_of_12_cm) {
   truth.R = geometry::rotation_from_rpy(0.05, -0.04, 30.0 * kDegree);
   truth.p = Vec3(0.3, 0.4, 0.12);
   now = seen_from(room, truth, 3);
@@ -119,7 +119,7 @@ TEST_F(CoarseSearchTest, two_places_that_look_alike_are_both_returned) {
   EXPECT_TRUE(has(truth.p + apart));
 }
 
-TEST_F(CoarseSearchTest, the_answer_stays_within_the_range_that_is_searched) {
+TEST_F(CoarseSearchTest, stays_near_the_configured_search_range) {
   settings.range_max_m = 0.2;
   settings.range_max_deg = 10.0;
   const PoseGuess guess{SE3{}, 0.3, 15.0 * kDegree};
@@ -130,7 +130,7 @@ TEST_F(CoarseSearchTest, the_answer_stays_within_the_range_that_is_searched) {
   }
 }
 
-TEST_F(CoarseSearchTest, climbs_that_end_in_one_place_are_one_candidate) {
+TEST_F(CoarseSearchTest, merges_refinements_that_converge_to_one_pose) {
   const PoseGuess guess{SE3{}, 0.3, 15.0 * kDegree};
   const auto found = search_pose(recent, now, guess, kUp, settings);
   ASSERT_FALSE(found.empty());
@@ -144,12 +144,12 @@ TEST_F(CoarseSearchTest, climbs_that_end_in_one_place_are_one_candidate) {
   }
 }
 
-TEST_F(CoarseSearchTest, too_few_points_give_no_answer) {
+TEST_F(CoarseSearchTest, returns_nothing_with_too_few_points) {
   now.resize(40);
   EXPECT_TRUE(search_pose(recent, now, {SE3{}, 0.3, 0.2}, kUp, settings).empty());
 }
 
-TEST_F(CoarseSearchTest, points_that_are_no_numbers_do_no_harm) {
+TEST_F(CoarseSearchTest, ignores_non_finite_points) {
   for (std::size_t i = 0; i < now.size(); i += 7) {
     now.x_m[i] = std::numeric_limits<float>::quiet_NaN();
     now.y_m[i] = std::numeric_limits<float>::infinity();
@@ -161,7 +161,7 @@ TEST_F(CoarseSearchTest, points_that_are_no_numbers_do_no_harm) {
   EXPECT_LT((found.front().p - truth.p).norm(), 0.2);
 }
 
-TEST_F(CoarseSearchTest, only_a_poor_guess_asks_for_a_search) {
+TEST_F(CoarseSearchTest, is_needed_only_when_the_guess_is_uncertain) {
   EXPECT_FALSE(needs_search({SE3{}, 0.14, 3.9 * kDegree}, settings));
   EXPECT_TRUE(needs_search({SE3{}, 0.16, 3.9 * kDegree}, settings));
   EXPECT_TRUE(needs_search({SE3{}, 0.14, 4.1 * kDegree}, settings));

@@ -35,7 +35,7 @@ DriftSettings from_nothing() {
   return settings;
 }
 
-TEST(Drift, begins_with_the_doubt_about_the_first_pose) {
+TEST(Drift, starts_with_the_uncertainty_of_the_first_pose) {
   Drift drift{DriftSettings{}};
   const geometry::Mat6 P = drift.update(geometry::SE3{}, 0.0, geometry::Mat6::Zero(), kFollows);
   EXPECT_NEAR(std::sqrt(P(0, 0)), 0.06 * 3.14159265 / 180.0, 1e-9);
@@ -45,7 +45,7 @@ TEST(Drift, begins_with_the_doubt_about_the_first_pose) {
   EXPECT_NEAR(std::sqrt(P(5, 5)), std::hypot(0.004, 3.0 * 0.06 * 3.14159265 / 180.0), 1e-9);
 }
 
-TEST(Drift, is_the_registration_alone_while_the_first_planes_are_seen) {
+TEST(Drift, equals_the_registration_covariance_while_the_first_planes_are_matched) {
   Drift drift{from_nothing()};
   const Mat6 P = local(1e-3, 0.005);
   for (int k = 0; k < 50; ++k) {
@@ -54,7 +54,7 @@ TEST(Drift, is_the_registration_alone_while_the_first_planes_are_seen) {
   EXPECT_EQ(drift.epoch(), 0U);
 }
 
-TEST(Drift, adds_one_registration_per_generation_of_planes) {
+TEST(Drift, adds_one_registration_variance_per_generation_of_planes) {
   Drift drift{from_nothing()};
   const Mat6 P = local(0.0, 0.01);
   Mat6 seen = P;
@@ -68,7 +68,7 @@ TEST(Drift, adds_one_registration_per_generation_of_planes) {
 }
 
 // LiDAR alone: the second scan finds too few planes in a map of one scan, the third finds enough.
-TEST(Drift, a_generation_has_the_error_of_the_pose_that_makes_its_first_planes) {
+TEST(Drift, a_generation_inherits_the_covariance_of_its_first_mapping_pose) {
   Drift drift{from_nothing()};
   const Mat6 guessed = local(0.05, 0.3);
   const Mat6 known = local(1e-3, 0.01);
@@ -84,7 +84,7 @@ TEST(Drift, a_generation_has_the_error_of_the_pose_that_makes_its_first_planes) 
   EXPECT_NEAR(sigma_x(lost.update(at(0.4), 1.0, known, kFollows)), 0.3, 0.02);
 }
 
-TEST(Drift, falls_back_on_return_to_the_first_planes) {
+TEST(Drift, decreases_on_return_to_the_first_planes) {
   Drift drift{from_nothing()};
   const Mat6 P = local(1e-3, 0.01);
   Mat6 far = P;
@@ -97,7 +97,7 @@ TEST(Drift, falls_back_on_return_to_the_first_planes) {
   EXPECT_LT(sigma_x(next), 2.0 * sigma_x(P));
 }
 
-TEST(Drift, an_error_of_heading_moves_what_is_far_sideways) {
+TEST(Drift, a_heading_error_causes_lateral_error_in_proportion_to_distance) {
   Drift drift{from_nothing()};
   Mat6 P = Mat6::Zero();
   P(2, 2) = 1e-6;  // 1 mrad of heading per registration
@@ -112,7 +112,7 @@ TEST(Drift, an_error_of_heading_moves_what_is_far_sideways) {
 
 // In a bent tunnel the heading error follows the position error along it. A vehicle that has left
 // the tunnel keeps both, although all directions are observable again.
-TEST(Drift, what_a_bend_has_turned_stays_turned_behind_it) {
+TEST(Drift, heading_uncertainty_from_a_bend_remains_after_it) {
   Drift drift{from_nothing()};
   const Mat6 P = local(1e-4, 1e-3);
   Mat6 turned = Mat6::Zero();
@@ -129,7 +129,7 @@ TEST(Drift, what_a_bend_has_turned_stays_turned_behind_it) {
       << "at the first planes";
 }
 
-TEST(Drift, takes_generations_between_and_beyond_those_it_knows) {
+TEST(Drift, interpolates_between_generations_and_clamps_beyond_them) {
   Drift drift{from_nothing()};
   const Mat6 P = local(0.0, 0.01);
   for (int k = 1; k <= 4; ++k)
@@ -142,7 +142,7 @@ TEST(Drift, takes_generations_between_and_beyond_those_it_knows) {
   EXPECT_DOUBLE_EQ(drift.update(at(2.04), -5.0, P, kFollows)(3, 3), P(3, 3));
 }
 
-TEST(Drift, planes_are_established_once_the_vehicle_has_gone_on) {
+TEST(Drift, planes_are_established_after_further_travel_not_after_time) {
   Drift drift{from_nothing()};
   const Mat6 P = local(0.0, 0.001);
   const auto go = [&](double x_m) {
@@ -166,7 +166,7 @@ TEST(Drift, planes_are_established_once_the_vehicle_has_gone_on) {
 
 // A start in motion rebuilds its map after a metre or two, and so does a vehicle that was lost: if
 // all planes counted as young, none of them could constrain the vehicle.
-TEST(Drift, a_map_that_is_begun_anew_is_the_first_one) {
+TEST(Drift, planes_of_a_rebuilt_map_count_as_established) {
   Drift drift{from_nothing()};
   const Mat6 P = local(0.0, 0.001);
   for (const double x_m : {0.0, 0.6, 1.2}) {
@@ -199,7 +199,7 @@ MapFollowing degenerate_along_x() {
 
 // The error from a degenerate stretch does not vanish when a new niche comes into view: its planes
 // have the same error. Walls older than the stretch do not constrain that direction.
-TEST(Drift, behind_a_blind_stretch_what_is_new_has_the_error_of_the_stretch) {
+TEST(Drift, planes_mapped_in_a_degenerate_stretch_keep_its_error) {
   Drift drift{from_nothing()};
   drive(drift, 0.51, 5.0, local(1e-4, 0.001), kFollows);
   const double old = drift.epoch();
@@ -214,7 +214,7 @@ TEST(Drift, behind_a_blind_stretch_what_is_new_has_the_error_of_the_stretch) {
 
 // In a degenerate stretch the estimate may not move although the vehicle drives: planes first
 // observed then belong to a later generation than those before.
-TEST(Drift, begins_a_generation_where_the_pose_has_become_uncertain_without_way) {
+TEST(Drift, starts_a_generation_when_uncertainty_grows_without_motion) {
   Drift drift{from_nothing()};
   drive(drift, 0.51, 5.0, local(1e-4, 0.001), kFollows);
   const std::uint32_t before = drift.epoch();
@@ -229,7 +229,7 @@ TEST(Drift, begins_a_generation_where_the_pose_has_become_uncertain_without_way)
   EXPECT_GT(sigma_x(P), 0.9);
 }
 
-TEST(Drift, stays_with_a_pose_that_the_lidar_has_lost_along_the_way) {
+TEST(Drift, keeps_its_error_along_a_direction_that_became_degenerate) {
   Drift drift{from_nothing()};
   drive(drift, 0.51, 20.0, local(0.0, 0.02), kFollows);
   const double before = sigma_x(drift.update(at(20.1), drift.epoch(), Mat6::Zero(), kFollows));
@@ -240,7 +240,7 @@ TEST(Drift, stays_with_a_pose_that_the_lidar_has_lost_along_the_way) {
   EXPECT_NEAR(after(4, 4), 0.0, 1e-12);
 }
 
-TEST(Drift, hands_over_what_hangs_on_no_map_any_more) {
+TEST(Drift, releases_the_error_along_a_direction_to_the_filter) {
   Drift drift{from_nothing()};
   drive(drift, 0.51, 20.0, local(0.0, 0.02), kFollows);
   const Mat6 before = drift.update(at(20.1), drift.epoch(), Mat6::Zero(), kFollows);
@@ -254,7 +254,7 @@ TEST(Drift, hands_over_what_hangs_on_no_map_any_more) {
 }
 
 // With a ninth of the information of the prediction, a tenth of the variance comes from the map.
-TEST(MapFollowing, is_the_gain_of_the_filter) {
+TEST(MapFollowing, follows_squared_equals_the_kalman_gain) {
   const Mat6 P = local(1e-3, 0.1);
   const Mat6 information = (P.inverse() / 9.0).eval();
   const MapFollowing following = MapFollowing::of(P, information);
@@ -263,7 +263,7 @@ TEST(MapFollowing, is_the_gain_of_the_filter) {
   EXPECT_LT((MapFollowing::of(P, Mat6::Zero()).follows).norm(), 1e-12);
 }
 
-TEST(Drift, without_gravity_the_first_pose_may_be_tilted_against_the_map) {
+TEST(Drift, without_gravity_the_initial_tilt_sigma_is_0_5_degrees) {
   Drift drift{DriftSettings{}, false};
   const Mat6 P = drift.update(SE3{}, 0.0, Mat6::Zero(), kFollows);
   const double degree = 3.14159265 / 180.0;
@@ -301,7 +301,7 @@ TEST(Drift, gravity_bounds_roll_and_pitch_but_not_heading) {
   EXPECT_GT(bounded.ldlt().vectorD().minCoeff(), 0.0);
 }
 
-TEST(Drift, a_tilt_that_gravity_shows_counts_with_the_height_it_has_cost) {
+TEST(Drift, a_tilt_measured_by_gravity_adds_its_height_error) {
   // Evenly over 51 m, up to 0.01 rad about y: half of 51 m times 0.01.
   Drift straight{from_nothing()}, bent{from_nothing()};
   const Mat6 P = local(1e-4, 0.005);
@@ -319,7 +319,7 @@ TEST(Drift, a_tilt_that_gravity_shows_counts_with_the_height_it_has_cost) {
   EXPECT_LT(std::abs(more(0, 0)) + std::abs(more(3, 3)) + std::abs(more(4, 4)), 1e-12);
 }
 
-TEST(Drift, a_bound_is_no_measurement) {
+TEST(Drift, repeated_gravity_bounds_do_not_reduce_the_covariance) {
   Drift drift{DriftSettings{}};
   const Mat6 P = local(1e-4, 0.005);
   const Mat6 once = drift.update(at(0.1), 0.0, P, kFollows, level(0.001));

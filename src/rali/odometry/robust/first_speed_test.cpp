@@ -11,17 +11,17 @@ namespace {
 constexpr FirstSpeedFit kTrue{1.44, 0.02, 0.072, 0.008, 0.021};
 constexpr FirstSpeedFit kDrifting{3.92, 2.54, 0.109, 0.010, 0.095};
 
-TEST(FirstSpeed, is_valued_as_worked_by_hand) {
+TEST(FirstSpeed, score_matches_hand_computed_values) {
   // ln(0.5 + 3 * 0.1) - (2 + 1) / 10 - 0.15 ln(0.1)
   EXPECT_NEAR(value_of({2.0, 1.0, 0.5, 0.1, 0.1}), -0.22314 - 0.3 + 0.34539, 1e-4);
 }
 
-TEST(FirstSpeed, more_points_on_walls_do_not_outweigh_a_motion_that_no_vehicle_makes) {
+TEST(FirstSpeed, score_of_an_implausible_motion_is_lower_despite_more_wall_points) {
   EXPECT_GT(kDrifting.on_walls, kTrue.on_walls);
   EXPECT_GT(value_of(kTrue), value_of(kDrifting));
 }
 
-TEST(FirstSpeed, of_two_that_explain_the_scans_alike_the_better_known_is_worth_more) {
+TEST(FirstSpeed, score_prefers_the_smaller_speed_sigma_at_equal_fit) {
   FirstSpeedFit known = kTrue;
   known.speed_sigma_mps *= 0.5;
   EXPECT_GT(value_of(known), value_of(kTrue));
@@ -29,7 +29,7 @@ TEST(FirstSpeed, of_two_that_explain_the_scans_alike_the_better_known_is_worth_m
   EXPECT_LT(value_of(known), value_of(kTrue));
 }
 
-TEST(FirstSpeed, without_a_point_on_walls_is_worth_little_but_a_number) {
+TEST(FirstSpeed, score_without_wall_points_is_low_but_finite) {
   const double none = value_of({0.0, 0.0, 0.0, 0.0, 0.05});
   EXPECT_TRUE(std::isfinite(none));
   EXPECT_LT(none, value_of(kDrifting));

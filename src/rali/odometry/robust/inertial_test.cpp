@@ -42,7 +42,7 @@ StateCov grown(const InertialBuffer& buffer) {
   return state.P;
 }
 
-TEST(Inertial, a_gyro_at_the_end_of_its_range_leaves_the_turn_open_and_nothing_else) {
+TEST(Inertial, a_saturated_gyro_increases_only_the_rotation_variance_about_its_axis) {
   const InertialBuffer buffer = turning(0.75, 100.0);
   const ClippedAxes clipped = buffer.clipped(Time::from_s(0.9), Time::from_s(1.0));
   EXPECT_TRUE(clipped.gyro[2]);
@@ -56,7 +56,7 @@ TEST(Inertial, a_gyro_at_the_end_of_its_range_leaves_the_turn_open_and_nothing_e
   }
 }
 
-TEST(Inertial, an_accelerometer_at_the_end_of_its_range_leaves_the_speed_along_it_open) {
+TEST(Inertial, a_saturated_accelerometer_increases_only_the_velocity_variance_along_its_axis) {
   const InertialBuffer buffer = turning(100.0, 11.0);
   EXPECT_TRUE(buffer.clipped(Time::from_s(0.9), Time::from_s(1.0)).accel[2]);
   const StateCov P = grown(buffer);

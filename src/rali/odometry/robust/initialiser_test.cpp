@@ -70,7 +70,7 @@ double tilt_sigma_rad(const InitialGuess& guess) {
 
 double angle(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
-TEST(Initialiser, finds_gravity_and_gyro_bias_at_rest) {
+TEST(Initialiser, estimates_gravity_and_gyro_bias_at_standstill) {
   Motion still;
   still.size_m = 0.0;
   InertialBuffer imu;
@@ -87,7 +87,7 @@ TEST(Initialiser, finds_gravity_and_gyro_bias_at_rest) {
   EXPECT_LT(speed_sigma_mps(*guess), 0.05);
 }
 
-TEST(Initialiser, knows_gravity_as_well_as_the_mean_of_all_that_was_quiet) {
+TEST(Initialiser, gravity_error_at_standstill_is_that_of_averaging_all_samples) {
   // From the last 0.7 s alone the sigma of the direction would be 1.3 times as large; that error
   // drives the pose off along a tunnel.
   constexpr int kRuns = 200;
@@ -109,7 +109,7 @@ TEST(Initialiser, knows_gravity_as_well_as_the_mean_of_all_that_was_quiet) {
   EXPECT_NEAR(std::sqrt(sum2_rad2 / kRuns), expected_rad, 0.15 * expected_rad);
 }
 
-TEST(Initialiser, takes_the_part_of_the_bias_along_gravity_at_rest) {
+TEST(Initialiser, estimates_accelerometer_bias_along_gravity_at_standstill) {
   Motion still;
   still.size_m = 0.0;
   still.accel_bias_mps2 = 0.2 * (-kGravity.normalized());
@@ -121,7 +121,7 @@ TEST(Initialiser, takes_the_part_of_the_bias_along_gravity_at_rest) {
   EXPECT_LT((guess->accel_bias_mps2 - still.accel_bias_mps2).norm(), 0.02);
 }
 
-TEST(Initialiser, knows_the_sum_of_bias_and_gravity_better_than_each) {
+TEST(Initialiser, correlates_bias_and_gravity_so_their_sum_is_well_determined) {
   // Otherwise a vehicle at standstill would appear to accelerate by 0.1 m/s2.
   Motion still;
   still.size_m = 0.0;
@@ -140,7 +140,7 @@ TEST(Initialiser, knows_the_sum_of_bias_and_gravity_better_than_each) {
   EXPECT_GT(std::sqrt(guess->bias_gravity_covariance(0, 0)), 0.05);
 }
 
-TEST(Initialiser, does_not_claim_to_stand_where_the_lidar_is_blind_and_something_shakes) {
+TEST(Initialiser, does_not_assume_standstill_with_vibration_and_a_degenerate_lidar) {
   Motion still;
   still.accel_noise_mps2 = 0.5;  // an engine, or wheels on a smooth floor
   still.size_m = 0.0;
@@ -152,7 +152,7 @@ TEST(Initialiser, does_not_claim_to_stand_where_the_lidar_is_blind_and_something
   EXPECT_TRUE(!guess || (!guess->at_rest && speed_sigma_mps(*guess) > 0.5));
 }
 
-TEST(Initialiser, where_the_lidar_is_blind_the_speed_may_be_what_is_usual_for_the_carrier) {
+TEST(Initialiser, initial_speed_sigma_scales_with_usual_vehicle_speed_when_degenerate) {
   Motion shaken;
   shaken.accel_noise_mps2 = 0.5;
   InertialBuffer imu;
@@ -167,7 +167,7 @@ TEST(Initialiser, where_the_lidar_is_blind_the_speed_may_be_what_is_usual_for_th
   EXPECT_NEAR(drone->v_first_sigma_mps / cart->v_first_sigma_mps, 4.0, 0.5);
 }
 
-TEST(Initialiser, stands_where_the_lidar_is_blind_if_no_wheel_turns) {
+TEST(Initialiser, assumes_standstill_without_vibration_when_the_lidar_is_degenerate) {
   Motion still;
   still.size_m = 0.0;
   InertialBuffer imu;
@@ -179,7 +179,7 @@ TEST(Initialiser, stands_where_the_lidar_is_blind_if_no_wheel_turns) {
   EXPECT_LT(speed_sigma_mps(*guess), 0.05);
 }
 
-TEST(Initialiser, stands_although_the_lidar_slides_where_it_is_blind) {
+TEST(Initialiser, detects_standstill_despite_lidar_drift_along_a_degenerate_direction) {
   // A corridor with sparse rings and a map one scan old: poses drift along it.
   Motion still;
   still.size_m = 0.0;
@@ -196,7 +196,7 @@ TEST(Initialiser, stands_although_the_lidar_slides_where_it_is_blind) {
   EXPECT_LT(angle(guess->g_odom_mps2, kGravity), 1e-3);
 }
 
-TEST(Initialiser, waits_in_motion_until_gravity_shows_although_the_lidar_is_blind) {
+TEST(Initialiser, finds_gravity_with_a_degenerate_lidar_given_a_longer_time_limit) {
   Motion moving;
   InertialBuffer imu;
   std::vector<TrackedPose> track;
@@ -217,7 +217,7 @@ TEST(Initialiser, waits_in_motion_until_gravity_shows_although_the_lidar_is_blin
   EXPECT_LT(angle(guess->g_odom_mps2, kGravity), 3.0 * tilt_sigma_rad(*guess));
 }
 
-TEST(Initialiser, finds_gravity_and_speed_in_motion_within_their_sigma) {
+TEST(Initialiser, estimates_gravity_and_velocity_in_motion_within_3_sigma) {
   for (const double bias : {0.0, 0.1}) {
     Motion moving;
     moving.accel_bias_mps2 = Vec3(bias, -bias, 0.0);
@@ -235,14 +235,14 @@ TEST(Initialiser, finds_gravity_and_speed_in_motion_within_their_sigma) {
   }
 }
 
-TEST(Initialiser, takes_the_mean_force_for_gravity_the_more_the_longer_it_is) {
+TEST(Initialiser, sigma_of_mean_force_as_gravity_decreases_with_duration) {
   // A change of 1 m/s in 4 s is an acceleration of 0.25 m/s2; in 1 s it is at most 0.7.
   EXPECT_DOUBLE_EQ(mean_force_sigma_mps2(4.0), 0.25);
   EXPECT_DOUBLE_EQ(mean_force_sigma_mps2(1.0), 0.7);
   EXPECT_DOUBLE_EQ(mean_force_sigma_mps2(0.0), 0.7);
 }
 
-TEST(Initialiser, waits_until_there_is_enough) {
+TEST(Initialiser, waits_without_enough_poses_or_imu_samples) {
   Motion moving;
   InertialBuffer imu;
   std::vector<TrackedPose> track;
@@ -265,7 +265,7 @@ TEST(Initialiser, refuses_accelerations_in_units_of_g) {
   EXPECT_FALSE(solve_initial(track, in_g, {}, {}).has_value());
 }
 
-TEST(InertialBuffer, interpolates_between_samples_and_holds_beyond_them) {
+TEST(InertialBuffer, interpolates_between_samples_and_clamps_beyond_them) {
   InertialBuffer b;
   EXPECT_TRUE(b.empty());
   b.add({Time::from_s(1.0), Vec3(0.0, 0.0, 0.0), Vec3(1.0, 0.0, 0.0)});
@@ -280,7 +280,7 @@ TEST(InertialBuffer, interpolates_between_samples_and_holds_beyond_them) {
   EXPECT_DOUBLE_EQ(b.longest_gap_s(Time::from_s(1.5), Time::from_s(5.0)), 3.0);
 }
 
-TEST(InertialBuffer, forgetting_keeps_what_interpolation_needs) {
+TEST(InertialBuffer, dropping_old_samples_keeps_those_needed_for_interpolation) {
   InertialBuffer b;
   for (int k = 0; k < 10; ++k) b.add({Time::from_s(k), Vec3(k, 0.0, 0.0), Vec3::Zero()});
   b.drop_before(Time::from_s(4.5));
@@ -291,7 +291,7 @@ TEST(InertialBuffer, forgetting_keeps_what_interpolation_needs) {
   EXPECT_DOUBLE_EQ(b.at(Time::from_s(100.0)).gyro_radps.x(), 9.0);
 }
 
-TEST(PropagateOver, ends_at_the_time_asked_for_and_leaves_a_pose_per_step) {
+TEST(PropagateOver, ends_at_the_requested_time_and_records_each_step_pose) {
   InertialBuffer b;
   for (int k = 0; k <= 10; ++k) {
     b.add({Time::from_s(0.01 * k), Vec3(0.0, 0.0, 1.0), Vec3(0.0, 0.0, 9.81)});

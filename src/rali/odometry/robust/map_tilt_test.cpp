@@ -35,7 +35,7 @@ TEST(MapTilt, is_zero_for_a_straight_map_at_any_slope_and_bias) {
   EXPECT_EQ(tilt.tilt_rad(), Eigen::Vector2d::Zero());
 }
 
-TEST(MapTilt, follows_a_map_that_bends_as_it_grows) {
+TEST(MapTilt, estimates_a_growing_tilt_to_within_0_2_degrees) {
   for (const double deg_per_m : {0.01, -0.01}) {
     MapTilt tilt(0.15);
     for (int t_s = 0; t_s <= 80; ++t_s) {
@@ -46,7 +46,7 @@ TEST(MapTilt, follows_a_map_that_bends_as_it_grows) {
   }
 }
 
-TEST(MapTilt, needs_no_velocity_from_before_an_interruption) {
+TEST(MapTilt, ignores_the_velocity_step_across_an_interruption) {
   MapTilt whole(0.15), broken(0.15);
   for (int t_s = 0; t_s < 60; ++t_s) {
     const TiltStep step = second(Vec3(0.0, 0.02 * kDegree * t_s, 0.0), 0.0, Vec3::Zero());

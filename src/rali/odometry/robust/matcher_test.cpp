@@ -43,7 +43,7 @@ PlaneMapSettings one_cell(double voxel_m, int points) {
 }
 
 // Test T2 of the design, shifted by 50 m so that all points lie in one cell.
-TEST(Matcher, has_the_residual_and_jacobian_of_the_worked_example) {
+TEST(Matcher, residual_and_jacobian_match_hand_computed_values) {
   PlaneMap map(one_cell(100.0, 100));
   Patch patch;
   patch.center = Vec3(51.0, 51.0, 51.0);
@@ -106,7 +106,7 @@ struct CorrelatedPlane {
   }
 };
 
-TEST(Matcher, points_of_one_plane_share_its_error) {
+TEST(Matcher, points_on_one_plane_have_the_common_error_of_that_plane) {
   CorrelatedPlane setup;
   ASSERT_EQ(setup.map.plane_count(), 1U);
   EXPECT_NEAR(setup.map.plane(0).var_offset, 1.04e-4, 1e-10);
@@ -122,7 +122,7 @@ TEST(Matcher, points_of_one_plane_share_its_error) {
   EXPECT_NEAR(1e3 / std::sqrt(s.I(1, 1)), 11.18, 0.005);
 }
 
-TEST(Matcher, many_points_on_one_plane_know_it_no_better_than_the_map) {
+TEST(Matcher, information_of_many_points_is_limited_by_the_plane_covariance) {
   CorrelatedPlane setup;
   const LidarSystem s = setup.system(1000);
   EXPECT_NEAR(1e3 / std::sqrt(s.I(5, 5)), 10.20, 0.005);
@@ -192,7 +192,7 @@ struct BruteForce {
   }
 };
 
-TEST(Matcher, system_is_that_of_brute_force_with_planes_as_unknowns) {
+TEST(Matcher, system_equals_that_of_marginalising_explicit_plane_errors) {
   Rng rng(1, "brute");
   PlaneMap map{PlaneMapSettings{}};
   const std::vector<Patch> patches{{Vec3(2.0, 0.4, 0.4), Vec3(1.0, 0.1, 0.2).normalized()},
@@ -233,7 +233,7 @@ TEST(Matcher, system_is_that_of_brute_force_with_planes_as_unknowns) {
   EXPECT_EQ(matcher.evidence().size(), patches.size());
 }
 
-TEST(Matcher, refuses_points_outside_the_gate_and_without_plane) {
+TEST(Matcher, rejects_points_outside_the_gate_or_without_a_plane) {
   CorrelatedPlane setup;
   setup.matcher.set_points(
       points_of({Vec3(0.5, 0.0, 0.04), Vec3(0.5, 0.0, 0.2), Vec3(50.0, 0.0, 0.0)}), Vec3::Zero());
@@ -244,7 +244,7 @@ TEST(Matcher, refuses_points_outside_the_gate_and_without_plane) {
   EXPECT_EQ(setup.matcher.accumulate(setup.map, setup.T).matches, 2);
 }
 
-TEST(Matcher, a_plane_tells_nothing_beyond_its_points_unless_it_is_only_looked_for) {
+TEST(Matcher, matches_beyond_a_plane_patch_only_with_cell_reach) {
   CorrelatedPlane setup;  // 0.4 m sd along both axes: 2 sd and 5 cm
   setup.matcher.set_points(
       points_of({Vec3(0.84, 0.0, 0.0), Vec3(0.86, 0.0, 0.0), Vec3(0.6, -0.86, 0.0)}), Vec3::Zero());
@@ -254,7 +254,7 @@ TEST(Matcher, a_plane_tells_nothing_beyond_its_points_unless_it_is_only_looked_f
   EXPECT_EQ(setup.matcher.accumulate(setup.map, setup.T).matches, 3);
 }
 
-TEST(Matcher, weighs_an_outlier_down) {
+TEST(Matcher, reduces_the_weight_of_outliers) {
   CorrelatedPlane setup;
   const auto pull = [&setup](double height_m) {
     setup.matcher.set_points(points_of({Vec3(0.5, 0.5, height_m)}), Vec3::Zero());
@@ -295,7 +295,7 @@ struct AcrossThePath {
   }
 };
 
-TEST(Matcher, a_wall_across_holds_the_way_in_one_place) {
+TEST(Matcher, a_single_wall_across_constrains_motion_at_one_position_only) {
   const AcrossThePath wall(4.0, {10.75});
   const Hold hold = wall.hold(5.0);
   EXPECT_EQ(wall.matched().points_facing(wall.map, Vec3::UnitX()), 40U);
@@ -303,18 +303,18 @@ TEST(Matcher, a_wall_across_holds_the_way_in_one_place) {
   EXPECT_EQ(hold.elsewhere, 0.0);
 }
 
-TEST(Matcher, what_stands_there_twice_holds_the_way_elsewhere_too) {
+TEST(Matcher, a_repeated_wall_also_constrains_motion_at_a_shifted_position) {
   const Hold hold = AcrossThePath(4.0, {10.75, 10.35}).hold(5.0);
   EXPECT_GT(hold.here, 1e4);
   EXPECT_GT(hold.elsewhere, 0.9 * hold.here);
 }
 
-TEST(Matcher, what_was_seen_first_a_moment_ago_holds_nothing) {
+TEST(Matcher, planes_newer_than_the_established_epoch_do_not_constrain_motion) {
   EXPECT_EQ(AcrossThePath(6.0, {10.75}).hold(5.0).here, 0.0);
   EXPECT_GT(AcrossThePath(0.0, {10.75}).hold(0.0).here, 1e4) << "what was there before does";
 }
 
-TEST(Matcher, a_wall_beside_holds_nothing_along_it) {
+TEST(Matcher, a_wall_does_not_constrain_motion_along_itself) {
   const AcrossThePath wall(4.0, {10.75});
   EXPECT_EQ(wall.matched().points_facing(wall.map, Vec3::UnitY()), 0U);
   EXPECT_EQ(wall.matched().hold_along(wall.map, SE3{}, Vec3::UnitY(), 0.4, 5.0).here, 0.0);
@@ -335,7 +335,7 @@ std::vector<Vec3> cut_from_a_wall(double range_sigma_m, Rng& rng) {
 // Noise along a ray moves a point along and across the wall at once, but the position of a point is
 // independent of its noise. Subtracting it nevertheless would rotate the wall by 7 mrad, always to
 // the same side: s^2 d1 dn / l, with noise s along the ray d and spread l of the wall's piece.
-TEST(Matcher, noise_along_the_rays_does_not_turn_a_wall_seen_obliquely) {
+TEST(Matcher, range_noise_does_not_rotate_a_wall_measured_obliquely) {
   PlaneMap map(one_cell(10.0, 100));
   Patch patch;
   const SE3 T{geometry::Mat3::Identity(), Vec3(0.0, 0.0, 5.0)};

@@ -92,31 +92,31 @@ void expect_honest(const Statistics& s, const char* what) {
   }
 }
 
-TEST(FitPlane, claims_the_errors_it_makes_when_seen_from_above) {
+TEST(FitPlane, covariance_is_consistent_when_viewed_from_above) {
   expect_honest(monte_carlo({0.0, 0.0}), "from above");
 }
 
-TEST(FitPlane, claims_the_errors_it_makes_on_an_oblong_patch) {
+TEST(FitPlane, covariance_is_consistent_on_an_oblong_patch) {
   expect_honest(monte_carlo({0.3, 0.2, 1.0, 0.6, 40}), "oblong");
 }
 
-TEST(FitPlane, claims_the_errors_it_makes_when_range_noise_is_oblique) {
+TEST(FitPlane, covariance_is_consistent_with_oblique_range_noise) {
   expect_honest(monte_carlo({1.0, 0.0}), "45 degrees");
   expect_honest(monte_carlo({3.0, 0.0}), "18 degrees");
 }
 
-TEST(FitPlane, claims_the_errors_it_makes_at_a_grazing_angle) {
+TEST(FitPlane, covariance_is_consistent_at_a_grazing_angle_of_6_degrees) {
   // 6 degrees: range noise lies nearly in the plane; using all of it would give 10 times too much.
   expect_honest(monte_carlo({10.0, 0.0}), "6 degrees");
 }
 
-TEST(FitPlane, claims_the_errors_of_a_rough_surface) {
+TEST(FitPlane, covariance_is_consistent_on_a_rough_surface) {
   expect_honest(monte_carlo({0.5, 0.0, 0.6, 0.6, 60, 0.02, 0.008}), "rough");
 }
 
 // A sensor better than the setting: the fit subtracts noise that does not exist. The systematic
 // tilt of the default settings must cover the effect.
-TEST(FitPlane, stays_honest_with_its_floors_when_the_sensor_is_better_than_the_setting) {
+TEST(FitPlane, tilt_covariance_floors_cover_overestimated_range_noise) {
   Rng rng(2, "better");
   const PlaneSettings settings;
   double worst = 0.0;
@@ -186,7 +186,7 @@ Tilts tilts_of_a_wall(double edge_m, double bearing_rad, double noise_m, int poi
 // Walls of a tunnel ahead and behind, seen obliquely, all tilted towards the earlier sensor
 // positions: a funnel that holds the vehicle back when it drives on (0.57 of the speed, 13 m in 21
 // m).
-TEST(FitPlane, does_not_tilt_a_wall_that_goes_on_beyond_the_cell) {
+TEST(FitPlane, does_not_tilt_a_wall_that_extends_beyond_the_cell) {
   for (const double edge_m : {0.8, 0.4, 0.2}) {
     for (const double noise_m : {0.02, 0.03}) {
       const Tilts t = tilts_of_a_wall(edge_m, 0.35, noise_m, 60);
@@ -198,7 +198,7 @@ TEST(FitPlane, does_not_tilt_a_wall_that_goes_on_beyond_the_cell) {
   }
 }
 
-TEST(FitPlane, does_not_make_a_plane_of_one_ring) {
+TEST(FitPlane, rarely_fits_a_plane_to_one_ring) {
   PlaneSettings settings;
   Rng rng(3, "ring");
   int planes = 0;
@@ -245,7 +245,7 @@ PointSums ring_of_scans(double distance_m, int scans, Rng& rng) {
   return sums;
 }
 
-TEST(FitPlane, does_not_make_a_plane_of_the_cone_of_one_ring) {
+TEST(FitPlane, rarely_fits_a_plane_to_one_ring_with_pitch_errors) {
   Rng rng(5, "cone");
   for (const double distance_m : {6.0, 8.0, 12.0}) {
     int planes = 0;
@@ -291,7 +291,7 @@ int planes_of_edges(bool new_views) {
 // At standstill a sensor measures the same spots again. Counted as separate points they made a
 // plane of the four, in any direction: such planes hold back the first metres of a drive in a
 // tunnel.
-TEST(FitPlane, does_not_take_spots_measured_again_for_more_of_the_surface) {
+TEST(FitPlane, does_not_count_repeated_measurements_of_a_spot_as_new_points) {
   EXPECT_GT(planes_of_edges(true), 60);
   EXPECT_LT(planes_of_edges(false), 12);
 }
@@ -307,7 +307,7 @@ PointSums grid(int side, double spacing_m, double thickness_m) {
   return sums;
 }
 
-TEST(FitPlane, reports_too_few_from_too_thick) {
+TEST(FitPlane, distinguishes_too_few_points_from_too_thick_surfaces) {
   PlaneSettings settings;
   Plane plane;
   EXPECT_EQ(fit_plane(grid(3, 0.1, 0.0), Vec3::Zero(), kEdge_m, false, settings, plane),
@@ -342,12 +342,12 @@ int planes_of_blobs(int points) {
 
 // Noise of 4 cm in a cell of 20 cm: one blob of seven became a plane, with a random normal of sigma
 // 0.15 rad. In a tunnel such normals constrain the degenerate direction.
-TEST(FitPlane, does_not_make_planes_of_round_blobs) {
+TEST(FitPlane, rarely_fits_planes_to_isotropic_blobs) {
   EXPECT_LE(planes_of_blobs(10), 80);  // 307 by the ratio of four alone
   EXPECT_LE(planes_of_blobs(15), 80);  // 102
 }
 
-TEST(FitPlane, has_the_variances_of_the_formula) {
+TEST(FitPlane, variances_match_the_closed_form) {
   PlaneSettings settings;
   Plane plane;
   ASSERT_EQ(fit_plane(grid(6, 0.1, 0.0), Vec3(1.0, 2.0, 3.0), kEdge_m, false, settings, plane),

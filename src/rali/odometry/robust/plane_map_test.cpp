@@ -12,7 +12,7 @@ namespace {
 
 using geometry::Vec3;
 
-TEST(PlaneMap, makes_one_plane_of_one_wall) {
+TEST(PlaneMap, fits_one_plane_to_one_wall) {
   PlaneMap map{PlaneMapSettings{}};
   EXPECT_TRUE(map.empty());
   insert_patch(map, {Vec3(0.4, 0.4, 0.3), Vec3::UnitZ()});
@@ -33,7 +33,7 @@ TEST(PlaneMap, finds_nothing_where_nothing_was_inserted) {
   EXPECT_EQ(map.find(Vec3(1e5, -1e5, 1e5)), -1);
 }
 
-TEST(PlaneMap, splits_a_cell_that_holds_floor_and_wall) {
+TEST(PlaneMap, splits_a_cell_that_contains_floor_and_wall) {
   PlaneMap map{PlaneMapSettings{}};
   Rng rng(1, "corner");
   for (int k = 0; k < 1500; ++k) {
@@ -71,13 +71,13 @@ std::size_t planes_of_four_spots(double step_m) {
   return map.plane_count();
 }
 
-TEST(PlaneMap, makes_no_plane_of_the_few_spots_that_one_place_shows) {
+TEST(PlaneMap, fits_no_plane_to_four_spots_seen_from_one_position) {
   EXPECT_EQ(planes_of_four_spots(0.0), 0U);
   EXPECT_EQ(planes_of_four_spots(0.002), 0U) << "all within 2 cm";
   EXPECT_EQ(planes_of_four_spots(0.1), 1U);
 }
 
-TEST(PlaneMap, makes_few_planes_of_a_bush) {
+TEST(PlaneMap, fits_few_planes_to_scattered_points) {
   PlaneMap map{PlaneMapSettings{}};
   Rng rng(2, "bush");
   for (int k = 0; k < 4000; ++k) {
@@ -94,7 +94,7 @@ TEST(PlaneMap, makes_few_planes_of_a_bush) {
 
 // The most frequent false plane of sensors with few rings: one ring on the floor at a grazing
 // angle, widened by range noise.
-TEST(PlaneMap, one_ring_on_the_floor_is_no_plane_or_lies_within_its_claimed_sigma) {
+TEST(PlaneMap, planes_fitted_to_one_floor_ring_are_within_4_sigma) {
   Rng rng(3, "ring");
   int planes = 0;
   int wrong = 0;
@@ -134,7 +134,7 @@ TEST(PlaneMap, freezes_a_plane_that_has_enough_points) {
   EXPECT_EQ(map.plane(index).var_offset, before.var_offset);
 }
 
-TEST(PlaneMap, an_unfrozen_plane_follows_its_points) {
+TEST(PlaneMap, an_unfrozen_plane_is_updated_by_new_points) {
   PlaneMap map{PlaneMapSettings{}};
   Patch patch{Vec3(0.4, 0.4, 0.300), Vec3::UnitZ()};
   insert_patch(map, patch);
@@ -150,7 +150,7 @@ TEST(PlaneMap, an_unfrozen_plane_follows_its_points) {
   EXPECT_LT(plane.var_offset, var);
 }
 
-TEST(PlaneMap, find_near_looks_across_the_border_of_a_cell) {
+TEST(PlaneMap, find_near_searches_across_the_cell_border) {
   PlaneMap map{PlaneMapSettings{}};
   insert_patch(map, {Vec3(0.4, 0.4, 0.75), Vec3::UnitZ()});
   const Vec3 beyond(0.4, 0.4, 0.85);  // in the next cell above
@@ -162,7 +162,7 @@ TEST(PlaneMap, find_near_looks_across_the_border_of_a_cell) {
   EXPECT_EQ(map.find_near(beyond), map.find(Vec3(0.4, 0.4, 0.7)));
 }
 
-TEST(PlaneMap, forgets_what_is_far_when_there_are_too_many_cells_and_keeps_the_rest) {
+TEST(PlaneMap, prunes_distant_cells_above_the_limit_and_keeps_near_ones) {
   PlaneMapSettings settings;
   settings.roots_max = 40;
   settings.keep_radius_m = 10.0;
@@ -184,7 +184,7 @@ TEST(PlaneMap, forgets_what_is_far_when_there_are_too_many_cells_and_keeps_the_r
   EXPECT_GE(map.find(Vec3(40.4, 0.4, 0.3)), 0);
 }
 
-TEST(PlaneMap, does_not_copy_itself_again_for_every_new_cell_after_pruning) {
+TEST(PlaneMap, does_not_prune_again_after_every_new_cell) {
   PlaneMapSettings settings;
   settings.roots_max = 40;
   settings.keep_radius_m = 30.0;

@@ -30,7 +30,7 @@ sensor::LidarScan room(double sigma_m, bool rings = true) {
   return scan;
 }
 
-TEST(RangeNoise, is_what_the_ranges_scatter_by_not_what_the_walls_are_shaped_like) {
+TEST(RangeNoise, is_estimated_within_10_percent_independent_of_wall_shape) {
   for (const double sigma_m : {0.003, 0.01, 0.02, 0.05}) {
     const auto measured = measure_range_noise(room(sigma_m));
     ASSERT_TRUE(measured);
@@ -39,7 +39,7 @@ TEST(RangeNoise, is_what_the_ranges_scatter_by_not_what_the_walls_are_shaped_lik
   EXPECT_LT(*measure_range_noise(room(0.0)), 1e-3);
 }
 
-TEST(RangeNoise, is_not_guessed_without_rings_or_with_few_points) {
+TEST(RangeNoise, is_not_estimated_without_rings_or_points) {
   EXPECT_FALSE(measure_range_noise(room(0.02, false)));
   EXPECT_FALSE(measure_range_noise(sensor::LidarScan{}));
 }

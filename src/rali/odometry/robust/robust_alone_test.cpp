@@ -35,7 +35,7 @@ double apart_deg(const SE3& a, const SE3& b) {
   return geometry::so3_log(a.R.transpose() * b.R).norm() / kDegree;
 }
 
-TEST(RobustAlone, a_sharp_turn_after_standing_is_found) {
+TEST(RobustAlone, finds_the_pose_after_a_75_degree_turn_from_standstill) {
   Alone alone;
   const test::Rooms rooms = test::two_rooms();
   const SE3 T_world_odom = test::upright_pose(-2.0, 0.0, 0.0);
@@ -49,7 +49,7 @@ TEST(RobustAlone, a_sharp_turn_after_standing_is_found) {
   EXPECT_TRUE(alone.findings.empty());
 }
 
-TEST(RobustAlone, a_scan_of_another_place_is_refused_and_said) {
+TEST(RobustAlone, reports_divergence_on_a_scan_of_another_room) {
   Alone alone;
   const test::Rooms rooms = test::two_rooms();
   for (int k = 0; k < 4; ++k) alone.see(rooms, -2.0, 0.0, 0.0);
@@ -63,7 +63,7 @@ TEST(RobustAlone, a_scan_of_another_place_is_refused_and_said) {
   EXPECT_EQ(alone.findings.front().t_end, Time::from_s(102.5));
 }
 
-TEST(RobustAlone, after_a_scan_of_another_place_the_next_is_found_in_the_map) {
+TEST(RobustAlone, relocalises_in_the_map_after_one_diverged_scan) {
   Alone alone;
   const test::Rooms rooms = test::two_rooms();
   for (int k = 0; k < 4; ++k) alone.see(rooms, -2.0, 0.0, 0.0);

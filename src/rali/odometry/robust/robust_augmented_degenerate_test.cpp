@@ -13,7 +13,7 @@ using geometry::Vec3;
 
 constexpr double kScan_s = TestRoom::kScan_s;
 
-TEST(RobustAugmentedFilter, in_a_room_no_direction_is_blind_and_nothing_is_widened) {
+TEST(RobustAugmentedFilter, in_a_room_widen_changes_no_covariance) {
   Driven driven(small_room(), 18, true);
   EXPECT_FALSE(driven.filter->degenerate_axis());
   const Eigen::MatrixXd before = driven.filter->covariance(unit_rows(*driven.filter));
@@ -21,8 +21,7 @@ TEST(RobustAugmentedFilter, in_a_room_no_direction_is_blind_and_nothing_is_widen
   EXPECT_EQ(driven.filter->covariance(unit_rows(*driven.filter)), before);
 }
 
-TEST(RobustAugmentedFilter,
-     widens_place_and_speed_along_the_blind_axis_of_a_tunnel_and_nothing_else) {
+TEST(RobustAugmentedFilter, widens_only_position_and_velocity_along_a_degenerate_tunnel_axis) {
   Driven driven(tunnel(), 25, true);
   const auto axis = driven.filter->degenerate_axis();
   ASSERT_TRUE(axis);
@@ -44,7 +43,7 @@ TEST(RobustAugmentedFilter,
   EXPECT_EQ(driven.filter->position_covariance(), Mat3(after.block<3, 3>(3, 3)));
 }
 
-TEST(RobustAugmentedFilter, the_speed_is_never_more_in_doubt_than_that_of_the_first_scan) {
+TEST(RobustAugmentedFilter, widen_limits_the_speed_sigma_to_3_m_per_s) {
   Driven driven(tunnel(), 25, true);
   const auto axis = driven.filter->degenerate_axis();
   ASSERT_TRUE(axis);
@@ -57,7 +56,7 @@ TEST(RobustAugmentedFilter, the_speed_is_never_more_in_doubt_than_that_of_the_fi
   EXPECT_GT(driven.filter->covariance(AugmentedRowList{place})(0, 0), 1e6);
 }
 
-TEST(RobustAugmentedFilter, the_map_is_wrong_across_a_tunnel_and_not_along_it) {
+TEST(RobustAugmentedFilter, map_error_acts_across_a_tunnel_but_not_along_it) {
   // Along the axis the map does not constrain the pose: a range there moves only the pose.
   Driven driven(tunnel(), 25, true);
   const auto axis = driven.filter->degenerate_axis();
@@ -74,7 +73,7 @@ TEST(RobustAugmentedFilter, the_map_is_wrong_across_a_tunnel_and_not_along_it) {
   EXPECT_GT(shift.dot(*axis), 0.02);
 }
 
-TEST(RobustAugmentedFilter, a_blind_sweep_tells_nothing_of_places_and_biases) {
+TEST(RobustAugmentedFilter, a_degenerate_scan_does_not_change_landmarks_and_biases) {
   // They depend on the pose along the tunnel; lateral information from the walls would reach them
   // only through the slope of the covariance.
   Driven driven(tunnel(), 25, true);
@@ -97,7 +96,7 @@ TEST(RobustAugmentedFilter, a_blind_sweep_tells_nothing_of_places_and_biases) {
   EXPECT_LT(driven.filter->variance(range), expected_m2 + 1e-3);
 }
 
-TEST(RobustAugmentedFilter, a_long_shift_along_a_tunnel_leaves_doubt_across_it) {
+TEST(RobustAugmentedFilter, a_long_correction_along_a_tunnel_adds_lateral_variance) {
   // 0.02 of the length beyond 0.3 m.
   Driven driven(tunnel(), 25, true);
   const auto axis = driven.filter->degenerate_axis();
@@ -115,7 +114,7 @@ TEST(RobustAugmentedFilter, a_long_shift_along_a_tunnel_leaves_doubt_across_it) 
   EXPECT_NEAR(variance_across() - before_m2, std::pow(0.02 * (shift.norm() - 0.3), 2), 2e-5);
 }
 
-TEST(RobustAugmentedFilter, a_blind_sweep_leaves_the_place_along_the_tunnel_as_ranges_left_it) {
+TEST(RobustAugmentedFilter, degenerate_scans_keep_the_range_correction_along_the_tunnel) {
   Driven plain(tunnel(), 25, true);
   Driven pushed(tunnel(), 25, true);
   const auto axis = pushed.filter->degenerate_axis();

@@ -39,7 +39,7 @@ class RobustAugmented : public testing::TestWithParam<bool> {
   static double covariance_fraction() { return GetParam() ? 1e-5 : 6e-3; }
 };
 
-TEST_P(RobustAugmented, updates_move_pose_speed_and_side_states_as_the_textbook_says) {
+TEST_P(RobustAugmented, updates_of_pose_velocity_and_augmented_states_match_a_dense_filter) {
   Driven driven = under_way(GetParam());
   add_landmark_and_bias(*driven.filter);
   for (std::uint64_t k = 0; k < 6; ++k) {
@@ -55,7 +55,7 @@ TEST_P(RobustAugmented, updates_move_pose_speed_and_side_states_as_the_textbook_
   }
 }
 
-TEST_P(RobustAugmented, of_considered_side_states_only_the_part_that_is_estimated_moves) {
+TEST_P(RobustAugmented, considered_states_move_only_along_estimated_directions) {
   Driven driven = under_way(GetParam());
   add_landmark_and_bias(*driven.filter);
   const Vec3 along = Vec3(0.8, 0.6, 0.0);
@@ -75,7 +75,7 @@ TEST_P(RobustAugmented, of_considered_side_states_only_the_part_that_is_estimate
   }
 }
 
-TEST_P(RobustAugmented, side_states_come_wander_and_go_as_in_the_textbook) {
+TEST_P(RobustAugmented, adding_random_walk_and_removing_states_match_a_dense_filter) {
   Driven driven = under_way(GetParam());
   add_landmark_and_bias(*driven.filter);
   DenseAugmentedFilter dense = textbook(driven);
@@ -100,7 +100,7 @@ TEST_P(RobustAugmented, side_states_come_wander_and_go_as_in_the_textbook) {
 
 // Without correlation to the vehicle's error, the next measurement of a landmark initialised from
 // here would correct the vehicle's position by its own estimate.
-TEST_P(RobustAugmented, what_was_measured_from_the_vehicle_errs_with_it) {
+TEST_P(RobustAugmented, states_initialised_from_the_vehicle_are_correlated_with_its_error) {
   Driven driven = under_way(GetParam());
   add_landmark_and_bias(*driven.filter);
   DenseAugmentedFilter dense = textbook(driven);
@@ -122,7 +122,7 @@ TEST_P(RobustAugmented, what_was_measured_from_the_vehicle_errs_with_it) {
   EXPECT_LT((driven.filter->covariance(rows) - apart).norm(), 1e-9);
 }
 
-TEST_P(RobustAugmented, what_somebody_else_estimated_is_taken_over_and_the_rest_follows) {
+TEST_P(RobustAugmented, replacing_estimates_updates_correlated_states_like_a_dense_filter) {
   Driven driven = under_way(GetParam());
   add_landmark_and_bias(*driven.filter);
   static_cast<void>(driven.filter->apply(any_measurement(*driven.filter, 30, 0.0), 0.01));
@@ -147,7 +147,7 @@ TEST_P(RobustAugmented, what_somebody_else_estimated_is_taken_over_and_the_rest_
   EXPECT_LT((driven.filter->covariance(rows) - given).norm(), covariance_fraction() * given.norm());
 }
 
-TEST_P(RobustAugmented, rows_that_say_the_same_twice_count_once) {
+TEST_P(RobustAugmented, duplicate_rows_in_replace_count_once) {
   Driven once = under_way(GetParam());
   Driven twice = under_way(GetParam());
   for (Driven* d : {&once, &twice}) add_landmark_and_bias(*d->filter);
@@ -171,7 +171,7 @@ std::string name_of(const testing::TestParamInfo<bool>& with_imu) {
 
 INSTANTIATE_TEST_SUITE_P(WithAndWithoutInertialData, RobustAugmented, testing::Bool(), name_of);
 
-TEST(RobustAugmentedFilter, a_sweep_moves_side_states_by_what_they_share_with_pose_and_speed) {
+TEST(RobustAugmentedFilter, a_scan_corrects_augmented_states_through_their_correlations) {
   Driven driven = under_way(true);
   add_landmark_and_bias(*driven.filter);
   AugmentedMeasurement range;  // correlates the landmark with the vehicle's position
@@ -197,7 +197,7 @@ TEST(RobustAugmentedFilter, a_sweep_moves_side_states_by_what_they_share_with_po
   expect_same(driven, dense, 0.02, 0.02);
 }
 
-TEST(RobustAugmentedFilter, side_states_follow_the_speed_that_they_hang_on) {
+TEST(RobustAugmentedFilter, propagation_carries_velocity_correlation_to_the_position) {
   Driven driven(small_room(), 18, true);
   add_landmark_and_bias(*driven.filter);
   AugmentedMeasurement m;
@@ -220,7 +220,7 @@ TEST(RobustAugmentedFilter, side_states_follow_the_speed_that_they_hang_on) {
   EXPECT_EQ(then.t, driven.t_end + Duration::from_s(kStep_s));
 }
 
-TEST(RobustAugmentedFilter, asking_between_sweeps_changes_nothing_about_the_way) {
+TEST(RobustAugmentedFilter, advancing_between_scans_does_not_change_the_trajectory) {
   Driven plain(small_room(), 16, true);
   Driven asked(small_room(), 16, true);
   for (int k = 0; k < 4; ++k) {
@@ -240,7 +240,7 @@ TEST(RobustAugmentedFilter, asking_between_sweeps_changes_nothing_about_the_way)
   }
 }
 
-TEST(RobustAugmentedFilter, tells_nothing_before_it_found_itself_nor_of_long_ago) {
+TEST(RobustAugmentedFilter, returns_no_state_before_initialisation_or_over_0_1_s_back) {
   Driven waiting(small_room(), 3, true);
   EXPECT_FALSE(waiting.filter->advance_to(waiting.t_end));
   Driven driven(small_room(), 20, true);
@@ -255,7 +255,7 @@ TEST(RobustAugmentedFilter, tells_nothing_before_it_found_itself_nor_of_long_ago
   EXPECT_LT((then->T_odom_body.p - truth.p).norm(), 0.03);
 }
 
-TEST(RobustAugmentedFilter, is_full_when_it_is_full) {
+TEST(RobustAugmentedFilter, refuses_states_beyond_its_capacity) {
   Driven driven(small_room(), 1, false);
   AugmentedStates::Vector mean = AugmentedStates::Vector::Zero(AugmentedStates::kMax - 1);
   const AugmentedStates::Matrix uncertainty =
@@ -266,7 +266,7 @@ TEST(RobustAugmentedFilter, is_full_when_it_is_full) {
   EXPECT_EQ(driven.filter->augmented().size(), AugmentedStates::kMax - 1);
 }
 
-TEST(RobustAugmentedFilter, counts_the_surfaces_of_the_map_that_a_line_goes_through) {
+TEST(RobustAugmentedFilter, counts_map_surfaces_crossed_by_a_line_of_sight) {
   TestRoom room;
   room.rest_s = 100.0;
   Driven driven(room, 12, true);

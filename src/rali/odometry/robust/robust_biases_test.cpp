@@ -23,7 +23,7 @@ constexpr double kPush_mps2 = 0.8;
 constexpr int kStart = 16;  ///< scans until the vehicle drives off
 constexpr double kLimit_mps2 = 3.0 * InitialisationSettings{}.accel_bias_sigma_mps2;
 
-TEST(Biases, one_that_would_cross_three_sigma_stays_and_the_noise_widens) {
+TEST(Biases, stay_within_3_sigma_while_inertial_noise_is_increased) {
   Driven driven(small_room(), kStart, true), undisturbed(small_room(), kStart, true);
   double max_mps2 = 0.0;
   ScanResult result;
@@ -41,7 +41,7 @@ TEST(Biases, one_that_would_cross_three_sigma_stays_and_the_noise_widens) {
   EXPECT_LT(off_m.norm(), 0.03) << "the LiDAR sees the motion";
 }
 
-TEST(Biases, each_contradiction_is_reported_once_with_its_interval) {
+TEST(Biases, report_each_refused_update_once_with_its_time_interval) {
   OdometrySettings settings;
   settings.imu_noise.accel_walk_mps3_rthz = 0.3;  // a wandering bias crosses its limit again
   Driven driven(small_room(), kStart, true, settings);
@@ -64,7 +64,7 @@ TEST(Biases, each_contradiction_is_reported_once_with_its_interval) {
   EXPECT_EQ(refusals(driven).size(), 2U);
 }
 
-TEST(Biases, of_a_good_sensor_nothing_is_refused) {
+TEST(Biases, of_a_good_sensor_are_never_refused) {
   Driven driven(small_room(), 60, true);
   driven.odometry->finish(driven.findings);
   EXPECT_TRUE(refusals(driven).empty());
@@ -72,7 +72,7 @@ TEST(Biases, of_a_good_sensor_nothing_is_refused) {
 
 // An accelerometer of 0.3 m/s2/rtHz, ten times the typical and claimed value. Before the vehicle
 // has driven only standstill reveals it.
-TEST(RestNoise, what_is_measured_at_standstill_is_the_least_that_is_used) {
+TEST(RestNoise, is_a_lower_bound_of_the_inertial_noise_used) {
   OdometrySettings settings;
   settings.robust.initialisation.rest.accel_sd_max_mps2 = 10.0;
   TestRoom noisy = small_room();

@@ -94,7 +94,7 @@ TEST(RobustOdometry, finds_gravity_when_started_in_motion) {
 
 // It turns at half a radian per second from the first point of the first scan on: a map that starts
 // with that scan distorted would stay rotated by half of that against the first pose.
-TEST(RobustOdometry, a_start_in_a_turn_leaves_the_first_pose_where_it_is) {
+TEST(RobustOdometry, starting_in_a_turn_does_not_rotate_the_first_pose) {
   TestRoom room;
   room.rest_s = -3.0;
   room.radius_m = 2.0;
@@ -103,7 +103,7 @@ TEST(RobustOdometry, a_start_in_a_turn_leaves_the_first_pose_where_it_is) {
   EXPECT_LT(run.final_error_m, 0.02);
 }
 
-TEST(RobustOdometry, an_imu_turned_and_aside_gives_the_poses_of_the_body) {
+TEST(RobustOdometry, estimates_body_poses_with_a_rotated_and_offset_imu) {
   TestRoom room;
   room.T_body_imu = {
       geometry::rotation_from_rpy(0.0, 0.0, M_PI / 2) * geometry::rotation_from_rpy(M_PI, 0.0, 0.0),
@@ -116,7 +116,7 @@ TEST(RobustOdometry, an_imu_turned_and_aside_gives_the_poses_of_the_body) {
 
 // It rolls for half a second and then stops. Standstill now does not imply standstill since the
 // start: the first pose must not be taken as the present one.
-TEST(RobustOdometry, a_stop_right_after_the_start_does_not_throw_it_back) {
+TEST(RobustOdometry, a_stop_after_starting_in_motion_does_not_reset_the_pose) {
   TestRoom room;
   room.rest_s = -1.0;
   room.stop_s = 0.35;
@@ -127,7 +127,7 @@ TEST(RobustOdometry, a_stop_right_after_the_start_does_not_throw_it_back) {
   EXPECT_LT(run.worst_error_m, 0.08);  // 0.068 of it before the second scan shows any speed
 }
 
-TEST(RobustOdometry, holds_still_to_the_hundredth_of_a_millimetre_while_it_stands) {
+TEST(RobustOdometry, keeps_the_pose_within_0_01_mm_at_standstill) {
   TestRoom room;
   room.rest_s = 100.0;
   const DriveLog run = drive(room, 4.0, true);
@@ -139,7 +139,7 @@ TEST(RobustOdometry, holds_still_to_the_hundredth_of_a_millimetre_while_it_stand
   }
 }
 
-TEST(RobustOdometry, a_lidar_that_drops_out_while_the_vehicle_stands_leaves_it_where_it_is) {
+TEST(RobustOdometry, keeps_the_pose_during_lidar_dropouts_at_standstill) {
   TestRoom room;
   room.rest_s = 100.0;
   const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}}, true);
@@ -177,7 +177,7 @@ TEST(RobustOdometry, same_data_give_the_same_bytes) {
   EXPECT_EQ(drive(a, 2.0, true).hash, drive(b, 2.0, true).hash);
 }
 
-TEST(RobustOdometry, a_scan_without_points_does_not_make_it_surer) {
+TEST(RobustOdometry, an_empty_scan_does_not_reduce_the_covariance) {
   TestRoom room;
   room.rest_s = -1.0;
   const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}}, false);
@@ -196,7 +196,7 @@ TEST(RobustOdometry, a_scan_without_points_does_not_make_it_surer) {
   EXPECT_GT((r.covariance.bottomRightCorner<3, 3>().trace()), sigma2_m2);
 }
 
-TEST(RobustOdometry, says_so_and_begins_again_when_the_lidar_sees_nothing_for_long) {
+TEST(RobustOdometry, reports_divergence_and_restarts_after_long_empty_scans) {
   TestRoom room;
   room.rings = 8;
   const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}}, false);
@@ -238,7 +238,7 @@ ScanResult turn_beyond(Driven& driven, double range_radps) {
 // Half of the rotation is missing in the prediction: points 10 m away are outside the cells of
 // their planes. Searched in those cells alone, a pose rotated as the gyro measured and drove off,
 // 11 m in campaign seed 660.
-TEST(RobustOdometry, follows_a_turn_that_is_too_fast_for_the_gyro) {
+TEST(RobustOdometry, follows_a_turn_beyond_the_gyro_range) {
   TestRoom room;
   room.walls = {{-12.0, -9.0, -1.0}, {14.0, 11.0, 2.6}};
   room.speed_mps = 3.0;  // 1.5 rad/s

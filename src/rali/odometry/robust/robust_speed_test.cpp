@@ -18,7 +18,7 @@ bool contradicts(const Driven& driven) {
 
 // A slipping vehicle, or a failing sensor, once led the pose 600 m off in a minute at a sigma of 9
 // m.
-TEST(SpeedBound, a_speed_that_no_such_vehicle_has_is_refused_with_the_way_that_led_to_it) {
+TEST(SpeedBound, resets_an_implausible_speed_and_widens_the_position_sigma) {
   Driven driven(tunnel(), 25, true);
   ASSERT_TRUE(driven.filter->degenerate_axis());
   const double before_m = std::sqrt(driven.filter->position_covariance()(0, 0));
@@ -40,7 +40,7 @@ TEST(SpeedBound, a_speed_that_no_such_vehicle_has_is_refused_with_the_way_that_l
 }
 
 // A car enters a tunnel faster than the settings expect: the LiDAR has observed that speed.
-TEST(SpeedBound, a_speed_that_the_lidar_has_seen_is_usual) {
+TEST(SpeedBound, accepts_a_speed_that_the_lidar_has_observed) {
   OdometrySettings settings;
   settings.robust.constraints.speed_usual_mps = 0.1;
   TestRoom room = small_room();
@@ -56,7 +56,7 @@ TEST(SpeedBound, a_speed_that_the_lidar_has_seen_is_usual) {
 }
 
 // Applied repeatedly the prior would pull the speed to zero.
-TEST(SpeedBound, bounds_the_uncertainty_of_the_speed_and_adds_nothing_to_it) {
+TEST(SpeedBound, bounds_the_speed_sigma_without_driving_it_to_zero) {
   constexpr double kUsual_mps = 1.0;
   OdometrySettings settings;
   settings.robust.constraints.speed_usual_mps = kUsual_mps;
@@ -74,7 +74,7 @@ TEST(SpeedBound, bounds_the_uncertainty_of_the_speed_and_adds_nothing_to_it) {
   EXPECT_GT(last_mps, 0.6 * kUsual_mps);
 }
 
-TEST(SpeedBound, of_a_vehicle_that_drives_as_usual_nothing_is_said) {
+TEST(SpeedBound, reports_no_contradiction_at_usual_speed) {
   Driven driven(tunnel(), 25, true);
   drive_pushed(driven, 60, 0.0);
   EXPECT_FALSE(contradicts(driven));

@@ -44,7 +44,7 @@ KeyframeCloud cloud_with_a_range(double shift_m) {
   return result.keyframe ? result.keyframe->cloud : KeyframeCloud{};
 }
 
-TEST(RangeWithinScan, leaves_the_scan_in_one_piece) {
+TEST(RangeWithinScan, moves_all_poses_of_the_scan_together) {
   const KeyframeCloud still = cloud_with_a_range(0.0);
   const KeyframeCloud moved = cloud_with_a_range(2.0);
   ASSERT_EQ(still.size(), moved.size());
@@ -72,7 +72,7 @@ double gain_on_x(const Driven& driven) {
   return P(DenseAugmentedFilter::kOwn, 3) / P(3, 3);
 }
 
-TEST(RangeWhileHeld, leaves_a_covariance_that_errors_can_have_when_the_hold_ends) {
+TEST(RangeWhileHeld, keeps_the_covariance_positive_semidefinite_when_standstill_ends) {
   TestRoom room = small_room();
   room.rest_s = 4.0;
   Driven driven(room, 38, true);

@@ -44,7 +44,7 @@ double off_m(const Driven& driven) { return driven.now().T_odom_body.p.x() - tru
 // Taken for a wall it holds the vehicle back: 4 to 8 m are lost in half of the seeds. It differs
 // from a wall by contradicting the inertial sensor, and by young planes. Of 96 seeds none is held
 // back.
-TEST(ThinHold, a_cart_that_drives_ahead_is_no_wall_of_the_tunnel) {
+TEST(ThinHold, a_cart_driving_ahead_does_not_constrain_motion_along_a_tunnel) {
   struct Case {
     double speed_mps;
     int scans;
@@ -66,7 +66,7 @@ TEST(ThinHold, a_cart_that_drives_ahead_is_no_wall_of_the_tunnel) {
 
 // Of 64 seeds 19 observe the box in too few scans, and 6 are off by more than 0.4 m; rms 0.22 m.
 // With repeated spots counted as samples it was 13, 7 and 0.30 m.
-TEST(ThinHold, a_box_that_stands_in_the_tunnel_holds_the_vehicle) {
+TEST(ThinHold, a_static_box_constrains_motion_along_a_tunnel) {
   constexpr int kSeeds = 24;
   int rarely_seen = 0;
   double sum2_m2 = 0.0;

@@ -9,7 +9,7 @@
 namespace rali::odometry {
 namespace {
 
-TEST(ScanSampler, comes_near_the_wanted_numbers_in_narrow_and_wide_places) {
+TEST(ScanSampler, keeps_point_counts_near_targets_in_small_and_large_rooms) {
   for (const double scale : {0.3, 1.0, 10.0}) {
     TestRoom room;
     room.walls.lo *= scale;
@@ -29,7 +29,7 @@ TEST(ScanSampler, comes_near_the_wanted_numbers_in_narrow_and_wide_places) {
   }
 }
 
-TEST(ScanSampler, takes_scans_of_no_and_one_point) {
+TEST(ScanSampler, accepts_scans_with_zero_or_one_point) {
   ScanSampler sampler{SamplingSettings{}};
   sensor::LidarScan scan;
   sampler.sample(scan);
@@ -40,7 +40,7 @@ TEST(ScanSampler, takes_scans_of_no_and_one_point) {
   EXPECT_EQ(sampler.insert_indices(), (std::vector<std::uint32_t>{0}));
 }
 
-TEST(ThinEvenly, keeps_the_wanted_share_without_favouring_a_ring) {
+TEST(ThinEvenly, keeps_the_requested_count_without_favouring_a_ring) {
   std::vector<std::uint32_t> indices(16000);
   for (std::uint32_t i = 0; i < indices.size(); ++i) indices[i] = i;
   thin_evenly(indices, 4000);

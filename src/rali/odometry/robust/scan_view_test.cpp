@@ -23,7 +23,7 @@ SE3 between(double x, double y, double yaw_rad, const SE3& T_world_b) {
   return test::upright_pose(x, y, yaw_rad).inverse() * T_world_b;
 }
 
-TEST(ScanView, the_right_pose_contradicts_nothing) {
+TEST(ScanView, has_low_conflict_at_the_true_pose) {
   const ScanView a = view_from(-2.0, 0.0, 0.0);
   const ScanView b = view_from(-1.5, 0.4, 40.0 * kDegree);
   const SE3 T_world_b = test::upright_pose(-1.5, 0.4, 40.0 * kDegree);
@@ -32,7 +32,7 @@ TEST(ScanView, the_right_pose_contradicts_nothing) {
   EXPECT_LT(seen.conflict(), 0.05);
 }
 
-TEST(ScanView, a_pose_turned_by_thirty_degrees_is_contradicted) {
+TEST(ScanView, has_higher_conflict_at_a_pose_rotated_by_30_degrees) {
   const ScanView a = view_from(-2.0, 0.0, 0.0);
   const ScanView b = view_from(-1.5, 0.4, 40.0 * kDegree);
   const SE3 T_wrong = test::upright_pose(-1.5, 0.4, 10.0 * kDegree);
@@ -42,14 +42,14 @@ TEST(ScanView, a_pose_turned_by_thirty_degrees_is_contradicted) {
   EXPECT_GT(a.compare(b, between(-2.0, 0.0, 0.0, T_wrong)).conflict(), right + 0.1);
 }
 
-TEST(ScanView, a_room_behind_a_door_is_hidden_and_contradicts_nothing) {
+TEST(ScanView, has_low_conflict_for_an_occluded_room_behind_a_door) {
   const ScanView a = view_from(-1.0, 0.0, 0.0);
   const ScanView b = view_from(0.6, 0.0, 0.0);
   const SE3 T_world_b = test::upright_pose(0.6, 0.0, 0.0);
   EXPECT_LT(a.compare(b, between(-1.0, 0.0, 0.0, T_world_b)).conflict(), 0.1);
 }
 
-TEST(ScanView, nothing_seen_by_both_is_no_contradiction) {
+TEST(ScanView, has_zero_conflict_without_common_points) {
   const ScanView a = view_from(-1.0, 0.0, 0.0);
   const ScanView nothing(BodyPoints{}, Vec3::Zero());
   EXPECT_EQ(a.compare(nothing, SE3{}).conflict(), 0.0);

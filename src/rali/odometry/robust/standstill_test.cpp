@@ -78,7 +78,7 @@ bool stands_after(Recording& r, int scans, const Vec3& step_m = Vec3::Zero()) {
   return stands;
 }
 
-TEST(Standstill, of_a_vehicle_that_is_known_to_have_stood_needs_no_further_window) {
+TEST(Standstill, is_detected_immediately_when_earlier_standstill_is_given) {
   Recording r;
   r.state.P.diagonal().setConstant(1e-8);
   r.advance(1.0);
@@ -94,7 +94,7 @@ TEST(Standstill, of_a_vehicle_that_is_known_to_have_stood_needs_no_further_windo
   EXPECT_FALSE(knows.update(r.state, r.imu, std::nullopt, kGyroNoise)) << "it starts";
 }
 
-TEST(StandstillDetector, gives_the_density_of_the_noise_at_standstill) {
+TEST(StandstillDetector, reports_the_inertial_noise_density_at_standstill) {
   StandstillDetector detector({}, {});
   EXPECT_FALSE(detector.rest_density());
   Recording r;
@@ -105,14 +105,14 @@ TEST(StandstillDetector, gives_the_density_of_the_noise_at_standstill) {
   EXPECT_NEAR(detector.rest_density()->gyro_radps_rthz, 0.005 * std::sqrt(0.005), 5e-5);
 }
 
-TEST(StandstillDetector, needs_its_time_and_then_sees_rest) {
+TEST(StandstillDetector, detects_standstill_only_after_its_time_window) {
   Recording r;
   EXPECT_FALSE(stands_after(r, 6));
   Recording s;
   EXPECT_TRUE(stands_after(s, 12));
 }
 
-TEST(StandstillDetector, sees_motion_by_speed_travel_turning_and_shaking) {
+TEST(StandstillDetector, detects_motion_by_speed_travel_rotation_and_vibration) {
   Recording fast;
   fast.state.v = Vec3(0.1, 0.0, 0.0);
   EXPECT_FALSE(stands_after(fast, 12));
@@ -126,7 +126,7 @@ TEST(StandstillDetector, sees_motion_by_speed_travel_turning_and_shaking) {
   EXPECT_FALSE(stands_after(shaken, 12));
 }
 
-TEST(StandstillDetector, proves_nothing_where_the_speed_is_unknown) {
+TEST(StandstillDetector, does_not_detect_standstill_when_velocity_is_uncertain) {
   Recording degenerate;  // a corridor without end: the filter has no speed estimate
   degenerate.state.P.diagonal().segment<3>(kVel).setConstant(0.04);
   EXPECT_FALSE(stands_after(degenerate, 12));
@@ -134,7 +134,7 @@ TEST(StandstillDetector, proves_nothing_where_the_speed_is_unknown) {
 
 // A tunnel from the first scan on, and a running engine: the sensor's noise at standstill is
 // unknown. The filter drifts along the tunnel; all else is at standstill.
-TEST(StandstillDetector, where_the_lidar_is_blind_a_long_time_without_motion_proves_rest) {
+TEST(StandstillDetector, when_degenerate_15_s_without_lateral_motion_proves_standstill) {
   const auto stands_at_s = [](double steers_m) {
     Recording r;
     r.rng = Rng(3, "tunnel");
@@ -154,7 +154,7 @@ TEST(StandstillDetector, where_the_lidar_is_blind_a_long_time_without_motion_pro
   EXPECT_EQ(stands_at_s(0.1), 1e9);
 }
 
-TEST(StandstillDetector, where_the_lidar_is_blind_wheels_that_do_not_shake_prove_rest) {
+TEST(StandstillDetector, when_degenerate_low_vibration_proves_standstill) {
   const auto rests = [](double shake_mps2, const Vec3& v, const Vec3& axis) {
     Recording r;
     StandstillDetector detector({}, {});
@@ -177,7 +177,7 @@ TEST(StandstillDetector, where_the_lidar_is_blind_wheels_that_do_not_shake_prove
   EXPECT_FALSE(rests(0.0, {0.0, 0.5, 0.0}, Vec3::UnitX())) << "the LiDAR sees it move";
 }
 
-TEST(StandstillDetector, once_driving_is_known_to_shake_the_sensor_alone_proves_standstill) {
+TEST(StandstillDetector, imu_alone_proves_standstill_once_driving_has_shown_vibration) {
   const auto rests = [](double shake_driving_mps2, double shake_now_mps2) {
     Recording r;
     StandstillDetector detector({}, {});
@@ -205,7 +205,7 @@ TEST(StandstillDetector, once_driving_is_known_to_shake_the_sensor_alone_proves_
   EXPECT_FALSE(rests(0.0, 0.0)) << "this vehicle drives without shaking: the sensor proves nothing";
 }
 
-TEST(StandstillDetector, an_hour_of_standing_has_about_one_false_start) {
+TEST(StandstillDetector, one_hour_of_standstill_has_at_most_3_false_starts) {
   Standing vehicle(1);
   ASSERT_TRUE(vehicle.step());
   int ends = 0;
@@ -218,7 +218,7 @@ TEST(StandstillDetector, an_hour_of_standing_has_about_one_false_start) {
   EXPECT_LE(ends, 3);  // one or fewer on average: in one of fifty hours
 }
 
-TEST(StandstillDetector, noise_that_the_sensor_always_has_shakes_nothing) {
+TEST(StandstillDetector, learned_sensor_noise_does_not_count_as_vibration) {
   // Means of 0.1 s spread by 0.2 m/s^2 from white noise, and 0.25 are allowed.
   Standing vehicle(2, 0.2 * std::sqrt(20.0));
   int stands = 0;
@@ -229,7 +229,7 @@ TEST(StandstillDetector, noise_that_the_sensor_always_has_shakes_nothing) {
   EXPECT_FALSE(vehicle.step());
 }
 
-TEST(StandstillDetector, slow_turns_and_starts_end_it_within_a_second) {
+TEST(StandstillDetector, slow_turns_and_starts_end_standstill_within_1_s) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Standing turning(seed);
     turning.r.extra_gyro = Vec3(0.0, 0.0, 0.03);  // under two degrees per second
@@ -252,7 +252,7 @@ TEST(StandstillDetector, slow_turns_and_starts_end_it_within_a_second) {
   }
 }
 
-TEST(StandstillDetector, a_smooth_start_pushes_the_sensor_and_ends_standstill) {
+TEST(StandstillDetector, an_acceleration_of_0_4_m_per_s2_prevents_standstill) {
   const auto rests = [](double push_mps2) {
     Recording r;
     r.state.P.diagonal().segment<3>(kTheta).setConstant(1e-6);
@@ -277,7 +277,7 @@ TEST(StandstillDetector, can_be_switched_off) {
   }
 }
 
-TEST(PropagateHeld, leaves_the_pose_alone_and_learns_the_biases) {
+TEST(PropagateHeld, keeps_the_pose_and_estimates_the_biases) {
   Recording r;
   r.advance(10.0);
   FilterState s;
@@ -304,7 +304,7 @@ TEST(PropagateHeld, leaves_the_pose_alone_and_learns_the_biases) {
   EXPECT_NEAR(s.P(kPos, kPos), 1e-6, 1e-12);
 }
 
-TEST(PropagateHeld, gravity_takes_what_the_pose_leaves_unexplained_and_follows_its_correction) {
+TEST(PropagateHeld, gravity_absorbs_pose_tilt_and_follows_its_later_correction) {
   Recording r;
   r.advance(5.0);
   FilterState s;
@@ -323,7 +323,7 @@ TEST(PropagateHeld, gravity_takes_what_the_pose_leaves_unexplained_and_follows_i
   EXPECT_LT(after.head<2>().norm(), 0.005);
 }
 
-TEST(PropagateHeld, does_not_go_back_in_time) {
+TEST(PropagateHeld, ignores_times_before_the_state) {
   Recording r;
   r.advance(1.0);
   FilterState s;

@@ -130,7 +130,7 @@ TEST(PropagateInertial, covariance_follows_numerical_jacobians_at_any_attitude) 
   }
 }
 
-TEST(PropagateInertial, moves_as_the_kinematics_do_with_biases_taken_out) {
+TEST(PropagateInertial, agrees_with_closed_form_motion_after_subtracting_biases) {
   FilterState s;
   s.gyro_bias_radps = Vec3(0.0, 0.0, 0.01);
   s.accel_bias_mps2 = Vec3(0.05, 0.0, 0.0);
@@ -143,7 +143,7 @@ TEST(PropagateInertial, moves_as_the_kinematics_do_with_biases_taken_out) {
 }
 
 // T1: white noise of 1e-3 rad/s/rtHz and 1e-2 m/s2/rtHz over one second.
-TEST(PropagateInertial, noise_grows_as_in_the_worked_example) {
+TEST(PropagateInertial, noise_growth_matches_hand_computed_values) {
   FilterState s;
   s.g_odom_mps2 = Vec3(0.0, 0.0, -9.81);
   for (int k = 0; k < 200; ++k) {
@@ -155,7 +155,7 @@ TEST(PropagateInertial, noise_grows_as_in_the_worked_example) {
   EXPECT_EQ(sd.tail<8>().norm(), 0.0);
 }
 
-TEST(PropagateInertial, biases_walk_with_the_root_of_time) {
+TEST(PropagateInertial, bias_sigma_grows_with_the_square_root_of_time) {
   FilterState s;
   for (int k = 0; k < 100; ++k)
     propagate_inertial(s, Vec3::Zero(), -s.g_odom_mps2, 0.04, {0, 0, 1e-3, 2e-3});
@@ -196,7 +196,7 @@ TEST(PropagateConstantVelocity, drives_a_circle_exactly) {
   EXPECT_LT((s.T_odom_body.R * Vec3::UnitX() - Vec3::UnitY()).norm(), 1e-15);
 }
 
-TEST(PropagateConstantVelocity, unknown_speed_opens_the_position) {
+TEST(PropagateConstantVelocity, white_acceleration_grows_velocity_and_position_variance) {
   FilterState s;
   ProcessNoise noise;
   noise.accel_walk = 1.0;

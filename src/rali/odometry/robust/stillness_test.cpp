@@ -13,7 +13,7 @@ namespace {
 using geometry::Mat3;
 using geometry::Vec3;
 
-TEST(BlockMeans, average_tenths_of_a_second) {
+TEST(BlockMeans, average_samples_over_0_1_s) {
   std::vector<sensor::ImuSample> samples;
   for (int k = 0; k < 50; ++k) {
     samples.push_back(
@@ -31,7 +31,7 @@ TEST(BlockMeans, average_tenths_of_a_second) {
   EXPECT_EQ(block_means(samples).size(), 1U);
 }
 
-TEST(Quiet, is_asked_axis_by_axis_and_never_of_nan) {
+TEST(Quiet, is_tested_per_axis_and_false_for_nan) {
   imu::ImuStatistics blocks;
   blocks.gyro_sd_radps = Vec3(0.01, 0.01, 0.01);
   blocks.accel_sd_mps2 = Vec3(0.1, 0.1, 0.1);
@@ -61,7 +61,7 @@ std::vector<sensor::ImuSample> swaying(std::uint64_t seed, double hz, double gyr
   return blocks;
 }
 
-TEST(OnlyNoise, is_what_a_noisy_sensor_shows_at_standstill_and_not_slow_steering) {
+TEST(OnlyNoise, is_detected_for_white_noise_but_not_for_slow_steering) {
   int still = 0;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     still += is_only_noise(swaying(seed, 0.0, 0.0)) ? 1 : 0;
@@ -70,7 +70,7 @@ TEST(OnlyNoise, is_what_a_noisy_sensor_shows_at_standstill_and_not_slow_steering
   EXPECT_GE(still, 390);
 }
 
-TEST(OnlyNoise, is_not_proved_by_too_little_by_silence_or_by_nan) {
+TEST(OnlyNoise, is_not_detected_with_few_constant_or_nan_samples) {
   std::vector<sensor::ImuSample> blocks = swaying(1, 0.0, 0.0);
   EXPECT_TRUE(is_only_noise(blocks));
   EXPECT_FALSE(is_only_noise(std::span(blocks).first(99)));
@@ -81,7 +81,7 @@ TEST(OnlyNoise, is_not_proved_by_too_little_by_silence_or_by_nan) {
   EXPECT_FALSE(is_only_noise(blocks));
 }
 
-TEST(Travel, counts_only_where_the_lidar_knows) {
+TEST(Travel, counts_beyond_the_distance_limit_and_3_sigma_of_the_lidar) {
   Mat3 degenerate_along_x = 1e-6 * Mat3::Identity();
   degenerate_along_x(0, 0) = 0.8;
   EXPECT_FALSE(has_travelled(Vec3(2.4, 0.0, 0.0), degenerate_along_x, 0.1));
@@ -92,7 +92,7 @@ TEST(Travel, counts_only_where_the_lidar_knows) {
                             degenerate_along_x, 0.1));
 }
 
-TEST(Turn, counts_beyond_a_hundredth_and_beyond_what_the_lidar_may_be_wrong_by) {
+TEST(Turn, counts_beyond_0_01_rad_and_3_sigma_of_the_lidar) {
   EXPECT_FALSE(has_turned(-0.009, 0.0));
   EXPECT_TRUE(has_turned(-0.011, 0.0));
   EXPECT_FALSE(has_turned(0.029, 1e-4));  // 3 sigma are 0.03

@@ -48,7 +48,7 @@ void expect_textbook_update(Rng& rng) {
   EXPECT_EQ(s.P, StateCov(s.P.transpose()));
 }
 
-TEST(UpdateLinear, is_the_textbook_update_in_one_two_and_three_dimensions) {
+TEST(UpdateLinear, equals_the_information_form_update_in_one_two_and_three_dimensions) {
   Rng rng(1, "linear");
   for (int k = 0; k < 5; ++k) {
     expect_textbook_update<1>(rng);
@@ -58,7 +58,7 @@ TEST(UpdateLinear, is_the_textbook_update_in_one_two_and_three_dimensions) {
 }
 
 // Test T4 of the design: prior sd 0.1 m, r = 0.06 m, s = 2 cm.
-TEST(UpdateLinear, has_the_gain_of_the_worked_example) {
+TEST(UpdateLinear, gain_matches_hand_computed_values) {
   FilterState s;
   s.P(kPos, kPos) = 0.01;
   Eigen::Matrix<double, 1, kStateDim> H = Eigen::Matrix<double, 1, kStateDim>::Zero();
@@ -127,7 +127,7 @@ FilterState guess_near(const SE3& truth, const Vec3& turn, const Vec3& shift) {
 
 const SE3 kTruth{so3_exp(Vec3(0.02, -0.03, 0.5)), Vec3(0.1, 0.05, 0.03)};
 
-TEST(UpdateWithScan, finds_the_pose_where_walls_stand_on_all_sides) {
+TEST(UpdateWithScan, finds_the_pose_within_2_mm_when_all_directions_are_observable) {
   Place place(false);
   FilterState s = guess_near(kTruth, Vec3(0.01, -0.02, 0.03), Vec3(0.05, -0.06, 0.04));
   const UpdateResult done = place.update(s, kTruth);
@@ -149,7 +149,7 @@ Patch small_patch(const Vec3& center, const Vec3& n) {
   return patch;
 }
 
-TEST(UpdateWithScan, a_poor_guess_is_measured_without_planes_that_do_not_surround_the_points) {
+TEST(UpdateWithScan, ignores_planes_whose_points_do_not_surround_the_match) {
   Place place(false);
   const std::size_t walls = place.surface.size();
   // A ceiling, and a plane in one of its cells that is 10 degrees off.
@@ -164,7 +164,7 @@ TEST(UpdateWithScan, a_poor_guess_is_measured_without_planes_that_do_not_surroun
   EXPECT_LT(geometry::so3_log(kTruth.R.transpose() * s.T_odom_body.R).norm(), 1e-3);
 }
 
-TEST(UpdateWithScan, a_map_whose_planes_surround_too_few_points_still_finds_the_pose) {
+TEST(UpdateWithScan, uses_planes_beyond_their_points_when_too_few_match) {
   Place place(false);
   place.map = PlaneMap(PlaneMapSettings{});
   place.surface.clear();
@@ -185,7 +185,7 @@ TEST(UpdateWithScan, a_map_whose_planes_surround_too_few_points_still_finds_the_
   EXPECT_LT((s.T_odom_body.p - kTruth.p).norm(), 2e-3);
 }
 
-TEST(UpdateWithScan, leaves_the_blind_direction_exactly_as_predicted) {
+TEST(UpdateWithScan, leaves_the_degenerate_direction_as_predicted) {
   Place place(true);
   const Vec3 shift(0.05, -0.06, 0.04);
   FilterState s = guess_near(kTruth, Vec3::Zero(), shift);
@@ -206,7 +206,7 @@ TEST(UpdateWithScan, leaves_the_blind_direction_exactly_as_predicted) {
 // Regression: 150 s into a tunnel the filter's sigmas along it were 8 m and 0.3 m/s. The observed
 // axis jittered by milliradians, and 8 m times 5 mrad are 4 cm laterally: walls known to
 // millimetres then appeared as information on position and speed along the tunnel.
-TEST(UpdateWithScan, an_axis_that_trembles_tells_nothing_along_itself) {
+TEST(UpdateWithScan, jitter_of_the_degenerate_axis_adds_no_information_along_it) {
   Place left(true, 5e-3);
   Place right(true, -5e-3);
   FilterState s = guess_near(kTruth, Vec3::Zero(), Vec3(0.05, 0.01, 0.0));
@@ -228,7 +228,7 @@ TEST(UpdateWithScan, an_axis_that_trembles_tells_nothing_along_itself) {
   EXPECT_LT(std::sqrt(s.P(kPos + 1, kPos + 1)), 0.06);
 }
 
-TEST(UpdateWithScan, carries_knowledge_to_what_is_correlated_with_the_pose) {
+TEST(UpdateWithScan, corrects_velocity_correlated_with_the_pose) {
   Place place(false);
   FilterState s = guess_near(kTruth, Vec3::Zero(), Vec3(0.05, 0.0, 0.0));
   s.P(kVel, kVel) = 1.0;
@@ -255,7 +255,7 @@ TEST(UpdateWithScan, covariance_stays_symmetric_positive_and_shrinks) {
   }
 }
 
-TEST(UpdateWithScan, leaves_the_state_alone_with_too_few_matches) {
+TEST(UpdateWithScan, keeps_the_state_with_too_few_matches) {
   Place place(false);
   FilterState s = guess_near(kTruth, Vec3::Zero(), Vec3(0.05, 0.0, 0.0));
   const FilterState before = s;
@@ -269,7 +269,7 @@ TEST(UpdateWithScan, leaves_the_state_alone_with_too_few_matches) {
   EXPECT_EQ(s.P, before.P);
 }
 
-TEST(UpdateWithScan, trusts_a_sharp_prior_over_the_scan) {
+TEST(UpdateWithScan, keeps_a_prior_with_very_small_covariance) {
   Place place(false);
   FilterState s = guess_near(kTruth, Vec3::Zero(), Vec3(0.03, 0.0, 0.0));
   s.P *= 1e-12;

@@ -31,7 +31,7 @@ void drive_as_a_cart(VehicleConstraints& c, const PlaneMap& map, const Vec3& for
 
 const PlaneMap kNoMap{PlaneMapSettings{}};
 
-TEST(VehicleConstraints, learn_where_forward_is_and_then_forbid_slipping) {
+TEST(VehicleConstraints, estimate_the_forward_axis_and_then_suppress_lateral_slip) {
   const Vec3 forward = Vec3(0.6, 0.8, 0.0);  // a sensor mounted at an angle
   VehicleConstraints c{ConstraintSettings{}};
   EXPECT_FALSE(c.non_holonomic_holds());
@@ -51,7 +51,7 @@ TEST(VehicleConstraints, learn_where_forward_is_and_then_forbid_slipping) {
   EXPECT_NEAR(forward.dot(P_v * forward), 0.25, 0.01);
 }
 
-TEST(VehicleConstraints, leave_a_well_known_speed_alone) {
+TEST(VehicleConstraints, do_not_change_a_velocity_with_small_covariance) {
   VehicleConstraints c{ConstraintSettings{}};
   drive_as_a_cart(c, kNoMap, Vec3::UnitX(), 100);
   ASSERT_TRUE(c.non_holonomic_holds());
@@ -62,7 +62,7 @@ TEST(VehicleConstraints, leave_a_well_known_speed_alone) {
   EXPECT_EQ(s.P, before.P);
 }
 
-TEST(VehicleConstraints, slip_more_while_turning) {
+TEST(VehicleConstraints, allow_more_lateral_slip_while_turning) {
   VehicleConstraints c{ConstraintSettings{}};
   drive_as_a_cart(c, kNoMap, Vec3::UnitX(), 100);
   FilterState s = driving(0.0, Vec3(1.0, 0.1, 0.0));
@@ -72,7 +72,7 @@ TEST(VehicleConstraints, slip_more_while_turning) {
   EXPECT_EQ(s.v, before.v);
 }
 
-TEST(VehicleConstraints, are_never_earned_by_what_moves_in_all_directions) {
+TEST(VehicleConstraints, are_never_enabled_for_motion_in_all_directions) {
   Rng rng(1, "drone");
   VehicleConstraints c{ConstraintSettings{}};
   for (int k = 0; k < 300; ++k) {
@@ -82,7 +82,7 @@ TEST(VehicleConstraints, are_never_earned_by_what_moves_in_all_directions) {
   }
 }
 
-TEST(VehicleConstraints, are_lost_when_the_vehicle_no_longer_obeys) {
+TEST(VehicleConstraints, are_disabled_when_the_vehicle_violates_them) {
   Rng rng(2, "lifted");
   VehicleConstraints c{ConstraintSettings{}};
   drive_as_a_cart(c, kNoMap, Vec3::UnitX(), 100);
@@ -94,7 +94,7 @@ TEST(VehicleConstraints, are_lost_when_the_vehicle_no_longer_obeys) {
   EXPECT_FALSE(c.non_holonomic_holds());
 }
 
-TEST(VehicleConstraints, learn_nothing_from_slow_or_blind_motion) {
+TEST(VehicleConstraints, are_not_enabled_by_slow_or_degenerate_motion) {
   VehicleConstraints c{ConstraintSettings{}};
   for (int k = 0; k < 300; ++k) {
     FilterState slow = driving(0.0, Vec3(0.1, 0.0, 0.0));
@@ -111,7 +111,7 @@ PlaneMap floor_below() {
   return map;
 }
 
-TEST(VehicleConstraints, hold_the_height_above_ground_where_the_scan_does_not) {
+TEST(VehicleConstraints, constrain_the_height_above_ground_when_the_scan_does_not) {
   const PlaneMap map = floor_below();
   VehicleConstraints c{ConstraintSettings{}};
   drive_as_a_cart(c, map, Vec3::UnitX(), 200);
@@ -125,7 +125,7 @@ TEST(VehicleConstraints, hold_the_height_above_ground_where_the_scan_does_not) {
   EXPECT_LT(std::sqrt(s.P(kPos + 2, kPos + 2)), 0.065);
 }
 
-TEST(VehicleConstraints, do_not_hold_the_height_of_a_drone) {
+TEST(VehicleConstraints, do_not_constrain_the_height_of_a_drone) {
   const PlaneMap map = floor_below();
   VehicleConstraints c{ConstraintSettings{}};
   for (int k = 0; k < 300; ++k) {

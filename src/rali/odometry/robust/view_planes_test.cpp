@@ -36,7 +36,7 @@ std::vector<Vec3> corridor(double noise_m) {
   return out;
 }
 
-TEST(ViewPlanes, floor_is_seen_where_no_cell_of_the_map_holds_two_rings) {
+TEST(ViewPlanes, find_the_floor_where_map_cells_contain_single_rings) {
   const std::vector<Vec3> points = corridor(0.02);
   const ViewPlanes scan(points, SE3{}, 0.0, {});
   PlaneMap map({});
@@ -58,7 +58,7 @@ TEST(ViewPlanes, floor_is_seen_where_no_cell_of_the_map_holds_two_rings) {
   EXPECT_EQ(map.plane(map.find(ahead)).q, floor.q);
 }
 
-TEST(ViewPlanes, cells_that_hold_two_surfaces_hold_no_plane) {
+TEST(ViewPlanes, cells_with_two_surfaces_give_no_plane) {
   const ViewPlanes scan(corridor(0.0), SE3{}, 0.0, {});
   ASSERT_GT(scan.planes().size(), 50U);
   std::size_t turned = 0;
@@ -71,7 +71,7 @@ TEST(ViewPlanes, cells_that_hold_two_surfaces_hold_no_plane) {
   EXPECT_LT(10 * turned, scan.planes().size());
 }
 
-TEST(ViewPlanes, are_left_after_half_a_metre_or_ten_degrees) {
+TEST(ViewPlanes, are_discarded_after_0_5_m_or_10_degrees_of_motion) {
   const ViewPlanes scan({}, SE3{}, 0.0, {});
   EXPECT_FALSE(scan.is_left(SE3{geometry::so3_exp({0.0, 0.0, 0.1}), Vec3(0.4, 0.0, 0.0)}));
   EXPECT_TRUE(scan.is_left(SE3{geometry::Mat3::Identity(), Vec3(0.6, 0.0, 0.0)}));
@@ -80,7 +80,7 @@ TEST(ViewPlanes, are_left_after_half_a_metre_or_ten_degrees) {
   EXPECT_EQ(scan.find(Vec3::Zero()), -1);
 }
 
-TEST(ViewPlanes, the_next_scan_takes_the_place_of_the_last) {
+TEST(ViewPlanes, of_the_next_scan_replace_those_of_the_last) {
   PlaneMap map({});
   map.set_scan(ViewPlanes(corridor(0.0), SE3{}, 0.0, {}));
   const std::size_t planes = map.plane_count();

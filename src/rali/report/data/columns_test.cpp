@@ -29,7 +29,7 @@ const std::vector<float>& column(const Columns& columns, std::string_view name) 
   return kAbsent;
 }
 
-TEST(Columns, bring_rows_of_different_files_together_by_their_stamps) {
+TEST(Columns, join_rows_of_different_files_by_stamp) {
   VehicleView v = drive(30);
   v.sigmas.push_back({1.0, 0.25, {}});
   v.sigmas.push_back({1.05, 0.75, {}});  // of no pose
@@ -42,7 +42,7 @@ TEST(Columns, bring_rows_of_different_files_together_by_their_stamps) {
   EXPECT_TRUE(column(columns, "ape").empty()) << "what no row has is left out";
 }
 
-TEST(Columns, lose_neither_a_peak_nor_a_single_bad_scan_by_thinning) {
+TEST(Columns, keep_peaks_and_single_bad_scans_when_thinned) {
   VehicleView v = drive(100'000);
   v.path[54'321].p_m.z() = 1.0;
   v.degeneracy[12'345].off_m = 7.0;
@@ -61,7 +61,7 @@ TEST(Columns, lose_neither_a_peak_nor_a_single_bad_scan_by_thinning) {
   EXPECT_TRUE(std::is_sorted(t.begin(), t.end()));
 }
 
-TEST(Columns, mark_where_the_vehicle_stands) {
+TEST(Columns, mark_standstill) {
   VehicleView v = drive(60);
   for (std::size_t i = 30; i < 60; ++i) v.path[i].p_m = v.path[29].p_m;
   const Columns columns = columns_of(v);
@@ -69,7 +69,7 @@ TEST(Columns, mark_where_the_vehicle_stands) {
   EXPECT_EQ(columns.state[50] & kStandsBit, kStandsBit);
 }
 
-TEST(Columns, of_a_wrong_covariance_end_at_a_hundred_sigmas) {
+TEST(Columns, clamp_the_error_to_sigma_ratio_at_100) {
   VehicleView v = drive(3);
   ErrorPoint e;
   e.t_s = 0.1;
@@ -78,7 +78,7 @@ TEST(Columns, of_a_wrong_covariance_end_at_a_hundred_sigmas) {
   EXPECT_EQ(column(columns_of(v), "ratio")[1], 100.0F);
 }
 
-TEST(Columns, of_nothing_are_empty) { EXPECT_EQ(columns_of(VehicleView{}).rows(), 0U); }
+TEST(Columns, of_an_empty_vehicle_are_empty) { EXPECT_EQ(columns_of(VehicleView{}).rows(), 0U); }
 
 }  // namespace
 }  // namespace rali::report

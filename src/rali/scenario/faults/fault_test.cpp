@@ -81,7 +81,7 @@ TEST(Fault, every_kind_is_read_and_written_back) {
   EXPECT_EQ(parse_fault("gap:all@1-2", 3)->size(), 3U);
 }
 
-TEST(Fault, errors_say_in_one_sentence_what_is_wrong) {
+TEST(Fault, invalid_text_is_refused_with_a_reason) {
   EXPECT_EQ(
       error_of("gapp:v1@1-2"),
       "--fault 'gapp:v1@1-2': 'gapp' is no kind of fault. Did you mean 'gap'? Kinds: drop, gap, "
@@ -102,7 +102,7 @@ TEST(Fault, errors_say_in_one_sentence_what_is_wrong) {
   }
 }
 
-TEST(FaultFilter, leaves_alone_what_it_does_not_concern) {
+TEST(FaultFilter, passes_messages_outside_its_vehicle_time_and_sensor) {
   FaultFilter gap = filter("gap:v1@10-20");
   EXPECT_TRUE(gap.apply(imu_at(0, 9.999)));
   EXPECT_TRUE(gap.apply(imu_at(0, 20.0)));
@@ -113,20 +113,20 @@ TEST(FaultFilter, leaves_alone_what_it_does_not_concern) {
   EXPECT_EQ(imu_of(none.apply(imu_at(0, 1.0))).gyro_radps.y(), -2.0);
 }
 
-TEST(FaultFilter, gap_takes_all_of_lidar_and_imu) {
+TEST(FaultFilter, gap_drops_all_lidar_and_imu_messages) {
   FaultFilter gap = filter("gap:v1@10-20");
   EXPECT_FALSE(gap.apply(imu_at(0, 10.0)));
   EXPECT_FALSE(gap.apply(scan_at(0, 19.9)));
 }
 
-TEST(FaultFilter, drop_takes_half) {
+TEST(FaultFilter, drop_removes_half_of_the_messages) {
   FaultFilter drop = filter("drop:v1@0-100");
   int kept = 0;
   for (int i = 0; i < 10000; ++i) kept += drop.apply(imu_at(0, 0.01 * i)) ? 1 : 0;
   EXPECT_NEAR(kept / 10000.0, 0.5, 0.02);
 }
 
-TEST(FaultFilter, clock_jump_moves_all_stamps_of_the_vehicle) {
+TEST(FaultFilter, clock_jump_shifts_all_stamps_of_the_vehicle_by_1_s) {
   FaultFilter jump = filter("clock_jump:v1@10-20");
   EXPECT_EQ(imu_of(jump.apply(imu_at(0, 15.0))).t, at_s(16.0));
   const auto scan = jump.apply(scan_at(0, 15.0));
@@ -140,7 +140,7 @@ TEST(FaultFilter, clock_jump_moves_all_stamps_of_the_vehicle) {
   EXPECT_EQ(imu_of(jump.apply(imu_at(0, 20.0))).t, at_s(20.0));
 }
 
-TEST(FaultFilter, nan_spoils_a_third_of_the_points_and_keeps_the_rest) {
+TEST(FaultFilter, nan_replaces_a_third_of_the_points) {
   FaultFilter nan = filter("nan:v1@0-10");
   const auto spoilt = nan.apply(scan_at(0, 1.0));
   int bad = 0;
@@ -156,7 +156,7 @@ TEST(FaultFilter, time_field_makes_all_point_times_zero) {
   EXPECT_EQ(scan_of(spoilt).t_start, at_s(1.0));
 }
 
-TEST(FaultFilter, imu_scale_and_saturation_by_hand) {
+TEST(FaultFilter, imu_scale_is_5_percent_and_saturation_clamps_each_axis) {
   FaultFilter scale = filter("imu_scale:v1@0-10");
   EXPECT_NEAR(imu_of(scale.apply(imu_at(0, 1.0))).accel_mps2.z(), 9.81 * 1.05, 1e-12);
   FaultFilter cut = filter("imu_saturate:v1@0-10");
@@ -167,7 +167,7 @@ TEST(FaultFilter, imu_scale_and_saturation_by_hand) {
   EXPECT_EQ(imu_of(spoilt).accel_mps2.z(), 9.81);
 }
 
-TEST(FaultFilter, uwb_faults_concern_both_ends_of_a_range) {
+TEST(FaultFilter, uwb_faults_apply_to_both_ends_of_a_range) {
   FaultFilter bias = filter("uwb_bias:v2@0-10");
   EXPECT_EQ(std::get<sensor::RangeSample>(bias.apply(range_at(0, 1, 1.0))->data).range_m, 7.5);
   EXPECT_EQ(std::get<sensor::RangeSample>(bias.apply(range_at(1, 2, 1.0))->data).range_m, 7.5);
@@ -179,7 +179,7 @@ TEST(FaultFilter, uwb_faults_concern_both_ends_of_a_range) {
   EXPECT_TRUE(off.apply(radio_at(0, 1, 1.0)));
 }
 
-TEST(FaultFilter, radio_loss_closes_the_link_of_a_vehicle) {
+TEST(FaultFilter, radio_loss_disables_the_radio_link_of_a_vehicle) {
   FaultFilter loss = filter("radio_loss:v2@5-10");
   EXPECT_FALSE(loss.apply(radio_at(0, 1, 6.0)));
   EXPECT_TRUE(loss.apply(radio_at(0, 2, 6.0)));
@@ -187,14 +187,14 @@ TEST(FaultFilter, radio_loss_closes_the_link_of_a_vehicle) {
   EXPECT_TRUE(loss.apply(radio_at(0, 1, 4.0)));
 }
 
-TEST(FaultFilter, cut_file_says_where_and_lets_messages_pass) {
+TEST(FaultFilter, cut_file_gives_the_cut_time_and_passes_messages) {
   FaultFilter cut = filter("cut_file:v2@30");
   EXPECT_EQ(cut.cut_at(1), at_s(30.0));
   EXPECT_FALSE(cut.cut_at(0).has_value());
   EXPECT_TRUE(cut.apply(imu_at(1, 40.0)));
 }
 
-TEST(FaultFilter, same_seed_same_losses_whatever_other_faults_there_are) {
+TEST(FaultFilter, same_seed_gives_same_losses_independent_of_other_faults) {
   const auto lost = [](const std::string& other) {
     auto faults = *parse_fault("drop:v1@0-100", 2);
     if (!other.empty()) faults.push_back(parse_fault(other, 2)->front());

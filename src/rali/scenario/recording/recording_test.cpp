@@ -148,7 +148,7 @@ TEST(Recording, all_formats_hold_the_messages_that_were_counted) {
   }
 }
 
-TEST(Recording, fleet_yaml_tells_the_start_poses_as_well_as_a_tape_does_unless_told_not_to) {
+TEST(Recording, fleet_yaml_has_noisy_start_pose_priors_unless_disabled) {
   const Folder folder;
   const auto sim = fleet();
   RecordingOptions options = into(folder);
@@ -188,7 +188,7 @@ TEST(Recording, fleet_yaml_loads_with_the_nominal_calibration) {
   EXPECT_EQ(loaded->ranges.sources.size(), 1U);
 }
 
-TEST(Recording, ranges_and_truth_tell_of_the_same_exchanges) {
+TEST(Recording, ranges_csv_and_ground_truth_ranges_have_the_same_exchanges) {
   const Folder folder;
   const RecordingSummary summary = written(into(folder), 2, 1.5);
   const io::RadioNames names{{"v1", {VehicleId{0}, 0}}, {"v2", {VehicleId{1}, 0}}};
@@ -213,7 +213,7 @@ TEST(Recording, ranges_and_truth_tell_of_the_same_exchanges) {
   EXPECT_EQ(radio->samples.size(), summary.radio_readings);
 }
 
-TEST(Recording, truth_has_100_poses_a_second_and_the_mesh) {
+TEST(Recording, ground_truth_has_poses_at_100_hz_and_the_mesh) {
   const Folder folder;
   const auto sim = fleet();
   ASSERT_TRUE(write_recording(*sim, into(folder), go_on).has_value());
@@ -228,7 +228,7 @@ TEST(Recording, truth_has_100_poses_a_second_and_the_mesh) {
   EXPECT_EQ(mesh->triangles.size(), sim->mesh().triangles.size());
 }
 
-TEST(Recording, same_seed_same_bytes_whatever_the_order_of_blocks) {
+TEST(Recording, same_seed_gives_same_bytes_for_any_order_of_blocks) {
   /// Runs blocks from the last to the first, as threads might.
   class Backwards final : public Executor {
    public:
@@ -271,7 +271,7 @@ TEST(Recording, faults_change_only_the_recordings) {
   }
 }
 
-TEST(Recording, a_cut_file_breaks_off_and_what_was_before_is_read) {
+TEST(Recording, a_file_with_cut_fault_is_readable_up_to_the_cut) {
   for (std::size_t f = 0; f < kRecordingFormatNames.size(); ++f) {
     const Folder folder;
     RecordingOptions o = into(folder, static_cast<RecordingFormat>(f));
@@ -289,7 +289,7 @@ TEST(Recording, a_cut_file_breaks_off_and_what_was_before_is_read) {
   }
 }
 
-TEST(Recording, a_spoilt_time_field_is_zero_and_the_stamp_is_not) {
+TEST(Recording, time_field_fault_zeroes_point_times_but_not_the_header_stamp) {
   const Folder folder;
   RecordingOptions o = into(folder);
   o.faults = *parse_faults({"time_field:v1@0-9"}, 1);
@@ -313,7 +313,7 @@ TEST(Recording, a_spoilt_time_field_is_zero_and_the_stamp_is_not) {
   EXPECT_GE(clouds, 4);
 }
 
-TEST(Recording, interrupted_it_is_whole_up_to_there) {
+TEST(Recording, interrupted_is_complete_up_to_the_interruption) {
   const Folder folder;
   const auto sim = fleet(2, 1.0);
   const auto summary =
@@ -328,7 +328,7 @@ TEST(Recording, interrupted_it_is_whole_up_to_there) {
   EXPECT_NE(bytes_of(folder / "simulation.json").find("\"interrupted\""), std::string::npos);
 }
 
-TEST(RecordingFolder, of_others_is_never_touched) {
+TEST(RecordingFolder, with_files_of_other_programs_is_never_changed) {
   const Folder folder;
   ASSERT_TRUE(prepare_recording_folder(folder.text(), false).has_value());
   std::ofstream(folder / "v1.mcap") << "precious";
@@ -340,7 +340,7 @@ TEST(RecordingFolder, of_others_is_never_touched) {
   EXPECT_EQ(bytes_of(folder / "v1.mcap"), "precious");
 }
 
-TEST(RecordingFolder, what_a_killed_run_left_can_be_overwritten) {
+TEST(RecordingFolder, of_a_killed_run_can_be_overwritten) {
   const Folder folder;
   fs::create_directories(folder / "truth");
   fs::create_directories(folder / ".v1.tmp/v1");

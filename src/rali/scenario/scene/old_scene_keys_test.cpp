@@ -17,7 +17,7 @@ const std::string kOld =
     "uwb: {outlier_share: 0.02}\n"
     "escorts: [{begin_s: 3, end_s: 9}]\n";
 
-TEST(OldSceneKeys, are_read_and_their_values_arrive) {
+TEST(OldSceneKeys, are_read_into_the_new_settings) {
   const auto setup = parse_scene(kOld, "scene.yaml", "");
   ASSERT_TRUE(setup) << setup.error().message();
   EXPECT_EQ(setup->tunnel.segment_m, 80.0);
@@ -42,7 +42,7 @@ TEST(OldSceneKeys, have_one_notice_each_with_line_and_new_name) {
             "this release only");
 }
 
-TEST(OldSceneKeys, are_not_written_again) {
+TEST(OldSceneKeys, are_dumped_under_new_names) {
   const auto setup = parse_scene(kOld, "scene.yaml", "");
   ASSERT_TRUE(setup) << setup.error().message();
   const auto again = parse_scene(dump_scene(*setup, ""), "scene.yaml", "");
@@ -51,7 +51,7 @@ TEST(OldSceneKeys, are_not_written_again) {
   EXPECT_EQ(again->fleet.vehicle.escorts[0].start_s, 3.0);
 }
 
-TEST(OldSceneKeys, yield_to_the_new_name) {
+TEST(OldSceneKeys, are_overridden_by_the_new_key) {
   const auto setup = parse_scene("scene: loop\nmotion: {rest_s: 2, standstill_s: 4}\n", "s", "");
   ASSERT_TRUE(setup) << setup.error().message();
   EXPECT_EQ(setup->fleet.vehicle.motion.standstill_s, 4.0);

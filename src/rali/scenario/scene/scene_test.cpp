@@ -36,7 +36,7 @@ std::string error_of(const std::string& text, const std::string& folder = "") {
   return world ? std::string("no error") : world.error().message();
 }
 
-TEST(Scene, a_shipped_scene_is_what_make_world_gives) {
+TEST(Scene, a_shipped_scene_equals_the_output_of_make_world) {
   const auto world = world_from("schema: 1\nscene: corridor\nseed: 3\n");
   ASSERT_TRUE(world) << world.error().message();
   const sim::World expected = sim::make_world(sim::Scene::kCorridor, 3);
@@ -51,7 +51,7 @@ TEST(Scene, a_shipped_scene_is_what_make_world_gives) {
   EXPECT_EQ(world_of(*setup)->starts.size(), 5U);
 }
 
-TEST(Scene, every_shipped_scene_passes_its_own_door) {
+TEST(Scene, every_shipped_scene_is_unchanged_after_dump_and_parse) {
   for (std::size_t i = 0; i < sim::kSceneNames.size(); ++i) {
     const SceneSetup setup = shipped_scene(static_cast<sim::Scene>(i), 2);
     const auto again = parse_scene(dump_scene(setup, ""), "scene.yaml", "");
@@ -79,7 +79,7 @@ TEST(Scene, vehicles_drive_the_routes_that_the_file_gives) {
   EXPECT_FALSE(sim::Clearance(world->mesh).first_contact(routes[2], {}));
 }
 
-TEST(Scene, rounds_follow_each_other) {
+TEST(Scene, routes_of_rounds_start_at_the_current_vehicle_position) {
   const auto world = world_from(kRooms +
                                 "vehicles:\n  - {start: [1, 2]}\n  - {start: [1, 1]}\n"
                                 "rounds:\n"
@@ -92,7 +92,7 @@ TEST(Scene, rounds_follow_each_other) {
   EXPECT_EQ(world->rounds[1].routes[1].front(), Vec3(1.0, 1.0, 0.0));
 }
 
-TEST(Scene, rounds_of_a_shipped_scene_name_its_vehicles_without_counting_them) {
+TEST(Scene, rounds_of_a_shipped_scene_use_its_default_vehicles) {
   const auto world = world_from("scene: corridor\nrounds:\n  - {anchor: v2}\n  - {anchor: v1}\n");
   ASSERT_TRUE(world) << world.error().message();
   ASSERT_EQ(world->rounds.size(), 2U);
@@ -100,7 +100,7 @@ TEST(Scene, rounds_of_a_shipped_scene_name_its_vehicles_without_counting_them) {
   for (const sim::RoundPlan& round : world->rounds) EXPECT_EQ(round.routes.size(), 2U);
 }
 
-TEST(Scene, rounds_and_a_number_of_vehicles_given_later_need_not_agree) {
+TEST(Scene, rounds_allow_more_vehicles_but_not_fewer) {
   auto setup = parse_scene("scene: corridor\nvehicles: 2\nrounds:\n  - {anchor: v2}\n", "s", "");
   ASSERT_TRUE(setup) << setup.error().message();
   setup->fleet.vehicles = 3;
@@ -115,7 +115,7 @@ TEST(Scene, rounds_and_a_number_of_vehicles_given_later_need_not_agree) {
             "out of the rounds.");
 }
 
-TEST(Scene, a_floor_plan_without_vehicles_gets_a_way_through_its_rooms) {
+TEST(Scene, a_floor_plan_without_routes_gets_a_path_through_its_rooms) {
   const auto world = world_from(kRooms + "vehicles: 2\n");
   ASSERT_TRUE(world) << world.error().message();
   EXPECT_EQ(world->starts.size(), 2U);
@@ -130,7 +130,7 @@ TEST(Scene, a_floor_plan_without_vehicles_gets_a_way_through_its_rooms) {
   EXPECT_GT(high, 8.0);
 }
 
-TEST(Scene, clutter_changes_with_the_seed_and_stays_off_the_ways) {
+TEST(Scene, clutter_depends_on_the_seed_and_stays_off_the_routes) {
   const std::string text =
       "floor_plan: {areas: [{rectangle: [0, 0, 12, 8]}], clutter: 6}\n"
       "vehicles: [{start: [1, 1], route: [[1, 1], [11, 1]]}]\nseed: ";
@@ -142,7 +142,7 @@ TEST(Scene, clutter_changes_with_the_seed_and_stays_off_the_ways) {
   EXPECT_FALSE(sim::Clearance(one->mesh).first_contact(one->rounds[0].routes[0], {}));
 }
 
-TEST(Scene, places_by_parameters_are_built) {
+TEST(Scene, parametric_tunnel_mine_and_ramp_are_built) {
   const auto tunnel = world_from("tunnel: {length_m: 500, gradient: 0.02}\nvehicles: 3\n");
   ASSERT_TRUE(tunnel) << tunnel.error().message();
   EXPECT_NEAR(tunnel->route.back().z() - tunnel->route.front().z(), 492.0 * 0.02, 0.1);
@@ -151,7 +151,7 @@ TEST(Scene, places_by_parameters_are_built) {
   EXPECT_TRUE(world_from("ramp: {turns: 1}\n"));
 }
 
-TEST(Scene, a_vehicle_in_a_rising_tunnel_finds_its_ground) {
+TEST(Scene, a_vehicle_in_a_sloping_tunnel_starts_on_the_ground) {
   const auto world = world_from(
       "tunnel: {length_m: 300, gradient: 0.05}\n"
       "vehicles: [{start: [200, 0], route: [[200, 0], [220, 0]]}]\n");
@@ -175,7 +175,7 @@ void write_rooms(const std::string& path) {
   ASSERT_TRUE(io::write_mesh_ply(path, mesh.vertices, mesh.triangles, mesh.reflectivity));
 }
 
-TEST(Scene, a_mesh_file_in_millimetres_with_y_up_is_a_world) {
+TEST(Scene, a_mesh_file_in_millimetres_with_y_up_is_converted) {
   const io::TestFolder folder;
   write_rooms(folder.path("rooms.ply"));
   const std::string text =
@@ -217,7 +217,7 @@ TEST(Scene, the_effective_scene_reads_back_as_the_same_scene) {
   EXPECT_EQ(again->fleet.vehicle.motion.speed_mps, 0.8);
 }
 
-TEST(Scene, wrong_keys_are_named_with_the_right_ones) {
+TEST(Scene, wrong_keys_are_refused_with_a_suggestion) {
   EXPECT_EQ(error_of("scene: corridor\nseeed: 1\n"),
             "scene.yaml:2: unknown key 'seeed'. Did you mean 'seed'?");
   EXPECT_EQ(error_of("floorplan: {}\n"),
@@ -239,7 +239,7 @@ TEST(Scene, wrong_keys_are_named_with_the_right_ones) {
   EXPECT_EQ(error_of("tunnel: {length_m: 1e9}\n").find("scene.yaml:1: tunnel.length_m"), 0U);
 }
 
-TEST(Scene, wrong_polygons_are_told_with_their_line) {
+TEST(Scene, invalid_polygons_are_refused_with_their_line) {
   const auto polygon = [](const std::string& corners) {
     return error_of("floor_plan:\n  areas:\n    - {rectangle: [0, 0, 1, 1]}\n    - {polygon: " +
                     corners + "}\n");
@@ -265,7 +265,7 @@ TEST(Scene, wrong_polygons_are_told_with_their_line) {
             "scene.yaml:3: there is no material brik. Did you mean 'brick'?");
 }
 
-TEST(Scene, vehicles_in_walls_are_told_with_their_line) {
+TEST(Scene, vehicles_without_free_space_are_refused_with_their_line) {
   EXPECT_EQ(error_of(kRooms + "vehicles:\n  - {start: [0.2, 2]}\n"),
             "scene.yaml:10: v1 stands in a wall or too near to one at [0.20, 2.00]: it needs "
             "0.30 m, there are 0.20 m. Move it into free space.");
@@ -285,7 +285,7 @@ TEST(Scene, vehicles_in_walls_are_told_with_their_line) {
             "scene.yaml:10: v1 has neither start nor route. Give `start: [x, y]`.");
 }
 
-TEST(Scene, routes_through_walls_are_told_with_their_line) {
+TEST(Scene, routes_through_walls_are_refused_with_their_line) {
   const std::string through =
       error_of(kRooms + "vehicles:\n  - start: [1, 1]\n    route: [[1, 1], [8, 1]]\n");
   EXPECT_EQ(through.find("scene.yaml:11: the path of v1 "), 0U) << through;
@@ -307,7 +307,7 @@ TEST(Scene, routes_through_walls_are_told_with_their_line) {
             "scene.yaml:13: v1 is the anchor of this round, so it has no way.");
 }
 
-TEST(Scene, goals_behind_closed_walls_have_no_way) {
+TEST(Scene, goals_without_a_path_are_refused_with_their_line) {
   EXPECT_EQ(error_of("floor_plan:\n  areas:\n    - {rectangle: [0, 0, 4, 4]}\n"
                      "    - {rectangle: [5, 0, 9, 4]}\n"
                      "vehicles: [{start: [1, 1], goal: [8, 1]}]\n")
@@ -315,7 +315,7 @@ TEST(Scene, goals_behind_closed_walls_have_no_way) {
             0U);
 }
 
-TEST(Scene, mesh_files_that_do_not_serve_are_named) {
+TEST(Scene, unusable_mesh_files_are_refused_with_a_reason) {
   const io::TestFolder folder;
   const std::string mesh = "mesh: {file: a.obj}\nvehicles: [{start: [1, 1]}]\n";
   EXPECT_NE(error_of(mesh, folder.path()).find("a.obj"), std::string::npos);
@@ -335,13 +335,13 @@ TEST(Scene, mesh_files_that_do_not_serve_are_named) {
             "file.");
 }
 
-TEST(Scene, a_missing_scene_file_is_named) {
+TEST(Scene, a_missing_scene_file_is_named_in_the_error) {
   const auto setup = load_scene("/nowhere/scene.yaml");
   ASSERT_FALSE(setup);
   EXPECT_EQ(setup.error().message(), "/nowhere/scene.yaml: cannot be opened.");
 }
 
-TEST(Scene, a_scene_file_cut_at_any_byte_is_read_or_refused_in_one_sentence) {
+TEST(Scene, a_truncated_scene_file_is_read_or_refused) {
   const std::string text = kRooms + "vehicles: [{start: [1, 2], route: [[1, 2], [8, 2]]}]\n";
   for (std::size_t n = 0; n < text.size(); ++n) {
     const auto setup = parse_scene(text.substr(0, n), "scene.yaml", "");

@@ -98,7 +98,7 @@ std::unique_ptr<FleetSimulation> driven(World world, bool lidar) {
   return std::move(*sim);
 }
 
-TEST(ClosedLoop, vehicles_reach_the_goals_of_all_rounds_without_touching_anything) {
+TEST(ClosedLoop, vehicles_reach_the_goals_of_all_rounds_without_collision) {
   const auto sim = driven(two_rooms(), false);
   Script script(*sim, {{{1, {10.0, 3.0, 0.0}}},
                        {{0, {12.0, -4.0, 0.0}}},
@@ -150,7 +150,7 @@ TEST(ClosedLoop, inertial_samples_sent_while_driving_are_those_of_the_final_traj
   }
 }
 
-TEST(ClosedLoop, a_vehicle_that_stands_in_the_way_is_passed) {
+TEST(ClosedLoop, a_standing_vehicle_on_the_path_is_bypassed) {
   World world = room(2);
   world.starts = {{{0.0, 0.0, 0.0}, 0.0}, {{4.0, 0.0, 0.0}, 0.0}};
   const auto sim = driven(world, false);
@@ -161,7 +161,7 @@ TEST(ClosedLoop, a_vehicle_that_stands_in_the_way_is_passed) {
   EXPECT_LT(script.ends[0].head<2>().norm(), 0.3);
 }
 
-TEST(ClosedLoop, a_goal_behind_a_vehicle_that_fills_the_passage_is_given_up_within_half_a_minute) {
+TEST(ClosedLoop, a_goal_behind_a_blocking_vehicle_is_abandoned_within_45_s) {
   World world = room(2);
   // A passage of 1.4 m from wall to wall, blocked by the other vehicle.
   world.mesh.add_box({5.0, 3.85, 0.0}, {8.0, 6.3, 3.0}, 0.0, 0.6);
@@ -176,7 +176,7 @@ TEST(ClosedLoop, a_goal_behind_a_vehicle_that_fills_the_passage_is_given_up_with
   EXPECT_LT(mission->duration_s, 45.0) << "10 s of them to drive there";
 }
 
-TEST(ClosedLoop, a_goal_without_a_way_is_reported_as_unreachable) {
+TEST(ClosedLoop, a_goal_without_a_path_is_reported_as_unreachable) {
   World world = room(2);
   world.mesh.add_box({5.0, 0.0, 0.0}, {0.2, 14.0, 3.0}, 0.0, 0.6);  // no door
   const auto sim = driven(world, false);
@@ -187,7 +187,7 @@ TEST(ClosedLoop, a_goal_without_a_way_is_reported_as_unreachable) {
   EXPECT_EQ(script.states[0], DriveStatus::kUnreachable);
 }
 
-TEST(ClosedLoop, same_commands_give_the_same_bytes) {
+TEST(ClosedLoop, same_commands_give_identical_scans) {
   const auto bytes = [] {
     const auto sim = driven(two_rooms(), true);
     std::vector<float> out;
@@ -223,7 +223,7 @@ class Wrong final : public FleetSoftware {
   DriveCommand command_;
 };
 
-TEST(ClosedLoop, wrong_commands_and_scripted_simulations_are_errors) {
+TEST(ClosedLoop, invalid_commands_and_scripted_simulations_are_errors) {
   DriveCommand nobody;
   nobody.vehicle = 2;
   Wrong wrong(nobody);

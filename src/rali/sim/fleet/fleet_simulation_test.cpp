@@ -89,7 +89,7 @@ TEST(FleetSimulation, messages_of_all_vehicles_come_in_order_of_arrival) {
   EXPECT_EQ(readings, 2);
 }
 
-TEST(FleetSimulation, the_order_in_which_rays_are_cast_changes_no_byte) {
+TEST(FleetSimulation, the_order_of_ray_casting_does_not_change_the_output) {
   FleetOptions o = quiet_fleet(2);
   o.vehicle.ranging = LidarOptions();
   o.vehicle.pedestrians = 2;
@@ -101,7 +101,7 @@ TEST(FleetSimulation, the_order_in_which_rays_are_cast_changes_no_byte) {
   EXPECT_EQ(one, trace(*other, 0));
 }
 
-TEST(FleetSimulation, another_vehicle_changes_no_noise_of_the_first) {
+TEST(FleetSimulation, additional_vehicles_do_not_change_the_imu_noise_of_the_first) {
   FleetOptions o = quiet_fleet(1);
   o.vehicle.imu = ImuOptions();
   o.vehicle.with_lidar = false;
@@ -119,7 +119,7 @@ TEST(FleetSimulation, another_vehicle_changes_no_noise_of_the_first) {
   EXPECT_EQ(accel(1), accel(3));
 }
 
-TEST(FleetSimulation, a_vehicle_is_seen_where_it_is_at_the_instant_of_the_ray) {
+TEST(FleetSimulation, a_moving_vehicle_is_scanned_at_its_pose_at_ray_time) {
   FleetOptions o = quiet_fleet(2);
   o.vehicle.duration_s = 5.0;
   const auto sim = make(room(2), o);  // vehicle 2 drives past vehicle 1, which is stationary
@@ -142,7 +142,7 @@ TEST(FleetSimulation, a_vehicle_is_seen_where_it_is_at_the_instant_of_the_ray) {
   EXPECT_GT(seen, 100);
 }
 
-TEST(FleetSimulation, the_anchor_stands_while_the_others_drive_and_the_role_moves_on) {
+TEST(FleetSimulation, the_anchor_stands_still_while_the_other_vehicle_drives) {
   FleetOptions o = quiet_fleet(2);
   o.pause_s = 4.0;  // until the suspension has settled
   const auto sim = make(room(2), o);
@@ -164,7 +164,7 @@ TEST(FleetSimulation, the_anchor_stands_while_the_others_drive_and_the_role_move
   EXPECT_NEAR(sim->rounds()[1].start_s - sim->rounds()[0].end_s, o.pause_s, 0.03);
 }
 
-TEST(FleetSimulation, ranges_without_errors_are_those_between_the_true_antennas) {
+TEST(FleetSimulation, error_free_ranges_equal_the_distance_of_the_true_antennas) {
   FleetOptions o = quiet_fleet(2);
   o.vehicle.with_lidar = false;
   const auto sim = make(room(2), o);
@@ -184,7 +184,7 @@ TEST(FleetSimulation, ranges_without_errors_are_those_between_the_true_antennas)
   EXPECT_GT((sim->antennas(0)[0].p_nominal_m - sim->antennas(1)[0].p_nominal_m).norm(), 1e-3);
 }
 
-TEST(FleetSimulation, vehicles_that_meet_head_on_for_good_are_an_error_that_names_the_round) {
+TEST(FleetSimulation, a_head_on_deadlock_is_an_error_with_its_round) {
   World world = room(2);
   const Vec3 here(0.0, 0.0, 0.0);
   const Vec3 there(6.0, 0.0, 0.0);
@@ -198,7 +198,7 @@ TEST(FleetSimulation, vehicles_that_meet_head_on_for_good_are_an_error_that_name
   EXPECT_NE(sim.error().message().find("rounds[0]"), std::string::npos);
 }
 
-TEST(FleetSimulation, wrong_options_are_refused_by_name) {
+TEST(FleetSimulation, invalid_options_are_refused_by_name) {
   FleetOptions o = quiet_fleet(2);
   o.uwb.rate_hz = std::nan("");
   auto sim = make_fleet_simulation(room(2), o);
@@ -210,7 +210,7 @@ TEST(FleetSimulation, wrong_options_are_refused_by_name) {
   EXPECT_NE(sim.error().message().find("2 starts for 4"), std::string::npos);
 }
 
-TEST(FleetSimulation, shipped_scenes_drive_their_rounds_without_meeting_anybody) {
+TEST(FleetSimulation, vehicles_of_shipped_scenes_stay_0_7_m_apart_in_all_rounds) {
   for (const Scene scene : {Scene::kCorridor, Scene::kFloor, Scene::kLoop}) {
     const int vehicles = scene == Scene::kFloor ? 3 : 2;
     const auto world = world_for(make_world(scene, 1), vehicles);

@@ -43,7 +43,7 @@ bool touches(const TriangleMesh& mesh, const PlannedPath& path) {
 
 // Corners closer than 0.3 m to the vehicle were left out, and the straight line to the next corner
 // cut the edge of the door: a vehicle that had stopped there could not leave again.
-TEST(PathPlanner, leads_out_of_a_room_from_wherever_a_vehicle_fits_behind_its_door) {
+TEST(PathPlanner, finds_a_collision_free_path_from_positions_behind_a_door) {
   const TriangleMesh mesh = two_rooms();
   const Clearance clearance(mesh);
   VehicleShape shape;
@@ -66,7 +66,7 @@ TEST(PathPlanner, leads_out_of_a_room_from_wherever_a_vehicle_fits_behind_its_do
 }
 
 // The nearest free position lies inside the box, where no path leads.
-TEST(PathPlanner, moves_an_end_that_is_not_free_to_the_nearest_place_with_a_path) {
+TEST(PathPlanner, moves_an_occupied_end_to_the_nearest_reachable_position) {
   const TriangleMesh mesh = room_with_a_closed_box();
   const auto planner = PathPlanner::make(mesh);
   ASSERT_TRUE(planner.has_value());

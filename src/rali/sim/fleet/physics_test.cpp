@@ -42,7 +42,7 @@ std::vector<double> distances_to_mesh(FleetSimulation& sim) {
   return out;
 }
 
-TEST(Physics, scans_accumulated_by_true_poses_lie_on_the_mesh_within_the_range_noise) {
+TEST(Physics, scans_at_ground_truth_poses_lie_on_the_mesh_within_range_noise) {
   for (const Scene scene : {Scene::kCorridor, Scene::kMine}) {
     FleetOptions o;
     o.vehicles = 2;

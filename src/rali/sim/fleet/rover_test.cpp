@@ -17,7 +17,7 @@ void drive(Rover& rover) {
   for (int i = 0; i < 100000 && !rover.idle(); ++i) rover.step();
 }
 
-TEST(Rover, turns_on_the_spot_and_arrives_where_its_way_ends) {
+TEST(Rover, turns_on_the_spot_and_reaches_the_end_of_its_path) {
   Rover rover = cart();
   rover.follow({{0.0, 0.0, 0.0}, {-6.0, 0.0, 0.0}, {-6.0, 4.0, 0.0}}, 1.0);
   double turned_m = 0.0;
@@ -31,7 +31,7 @@ TEST(Rover, turns_on_the_spot_and_arrives_where_its_way_ends) {
   EXPECT_LT((rover.ground() - Vec3(-6.0, 4.0, 0.0)).norm(), 0.03);
 }
 
-TEST(Rover, motion_under_any_commands_integrates_from_its_exact_inertial_samples) {
+TEST(Rover, motion_under_any_commands_is_reproduced_by_integrating_exact_imu_samples) {
   Rover rover = cart(3);
   const auto steps = [&](int n) {
     for (int i = 0; i < n; ++i) rover.step();
@@ -56,7 +56,7 @@ TEST(Rover, motion_under_any_commands_integrates_from_its_exact_inertial_samples
   EXPECT_LT(drift.rotation_rad, 1e-3);
 }
 
-TEST(Rover, stops_within_the_length_it_says) {
+TEST(Rover, stops_within_its_predicted_stopping_distance) {
   Rover rover = cart();
   rover.follow({{20.0, 0.0, 0.0}}, 1.0);
   for (int i = 0; i < 250; ++i) rover.step();
@@ -67,7 +67,7 @@ TEST(Rover, stops_within_the_length_it_says) {
   EXPECT_LT((rover.ground() - stop).norm(), 0.1);
 }
 
-TEST(Rover, slips_to_no_side) {
+TEST(Rover, has_lateral_velocity_below_0_08_mps) {
   Rover rover = cart(5);
   rover.follow({{4.0, 0.0, 0.0}, {4.0, 4.0, 0.0}, {0.0, 6.0, 0.0}}, 1.2);
   drive(rover);
@@ -81,7 +81,7 @@ TEST(Rover, slips_to_no_side) {
   EXPECT_LT(lateral_m, 0.08);
 }
 
-TEST(Rover, a_way_that_ends_where_it_stands_is_none) {
+TEST(Rover, ignores_a_path_that_ends_at_its_position) {
   Rover rover = cart();
   rover.follow({{0.08, 0.0, 0.0}}, 1.0);
   EXPECT_TRUE(rover.idle());
@@ -89,7 +89,7 @@ TEST(Rover, a_way_that_ends_where_it_stands_is_none) {
   EXPECT_TRUE(rover.idle());
 }
 
-TEST(Rover, handheld_sensors_sway_and_drones_hover) {
+TEST(Rover, motion_of_handheld_and_drone_is_consistent_with_its_imu) {
   for (const Carrier carrier : {Carrier::kHandheld, Carrier::kDrone}) {
     MotionOptions o;
     o.carrier = carrier;

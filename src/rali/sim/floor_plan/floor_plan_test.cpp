@@ -34,7 +34,7 @@ double floor_area(const Outline& outline) {
   return area;
 }
 
-TEST(FloorPlan, two_rooms_and_a_door_have_the_walls_drawn_by_hand) {
+TEST(FloorPlan, two_rooms_and_a_door_have_the_expected_walls) {
   const auto outline = outline_of(two_rooms());
   ASSERT_TRUE(outline) << outline.error().message();
   std::vector<std::string> walls;  // decimetres, x,y-x,y:bottom-top
@@ -61,7 +61,7 @@ TEST(FloorPlan, floors_cover_the_union_once_even_where_areas_overlap) {
   EXPECT_EQ(triangle->walls.size(), 3U);
 }
 
-TEST(FloorPlan, the_same_area_twice_changes_nothing) {
+TEST(FloorPlan, duplicate_areas_do_not_change_the_outline) {
   std::vector<FreeArea> twice = two_rooms();
   twice.push_back(twice.front());
   EXPECT_EQ(outline_of(twice)->walls.size(), outline_of(two_rooms())->walls.size());
@@ -77,7 +77,7 @@ TEST(FloorPlan, a_higher_room_has_a_wall_above_the_lower_one) {
   EXPECT_TRUE(found);
 }
 
-TEST(FloorPlan, turned_rooms_are_closed_too) {
+TEST(FloorPlan, rotated_rooms_are_closed) {
   const FreeArea turned{rectangle(Vec2(10.0, 5.0), Vec2(6.0, 4.0), 0.7), 3.0, 0.6};
   const auto outline = outline_of({turned});
   ASSERT_TRUE(outline);
@@ -98,7 +98,7 @@ TEST(FloorPlan, mesh_has_walls_floor_ceiling_and_furniture) {
   EXPECT_FALSE(floor_plan_mesh(FloorPlan{}));
 }
 
-TEST(FloorPlan, areas_that_cut_each_other_without_end_are_refused) {
+TEST(FloorPlan, areas_with_more_than_5000_walls_are_refused) {
   std::vector<FreeArea> comb;  // 110 x 110 crossing strips: 12 100 crossings
   for (int i = 0; i < 110; ++i) {
     comb.push_back({rectangle(0.0, i, 110.0, i + 0.5), 3.0, 0.6});
@@ -109,7 +109,7 @@ TEST(FloorPlan, areas_that_cut_each_other_without_end_are_refused) {
   EXPECT_NE(outline.error().what.find("more than 5000 walls"), std::string::npos);
 }
 
-TEST(Polygon, faults_are_named) {
+TEST(Polygon, errors_are_described) {
   EXPECT_EQ(polygon_fault(rectangle(0.0, 0.0, 1.0, 2.0)), "");
   EXPECT_EQ(polygon_fault({{0, 0}, {1, 0}}), "has 2 corners; an area has at least 3");
   EXPECT_EQ(polygon_fault({{0, 0}, {1, 1}, {1, 0}, {0, 1}}),
@@ -122,7 +122,7 @@ TEST(Polygon, faults_are_named) {
             std::string::npos);
 }
 
-TEST(Polygon, inside_is_inside_of_concave_ones_too) {
+TEST(Polygon, inside_test_handles_concave_polygons) {
   const Polygon ell{{0, 0}, {4, 0}, {4, 1}, {1, 1}, {1, 4}, {0, 4}};
   EXPECT_TRUE(is_inside(ell, {0.5, 3.0}));
   EXPECT_TRUE(is_inside(ell, {3.0, 0.5}));

@@ -20,13 +20,13 @@ TEST(Propagation, reported_power_saturates) {
   EXPECT_NEAR(reported_power_dbm(-120.0, -78.0), -120.0, 1e-3);
 }
 
-TEST(Propagation, half_the_packets_get_lost_at_the_sensitivity) {
+TEST(Propagation, packet_loss_is_50_percent_at_the_sensitivity) {
   EXPECT_NEAR(loss_probability(-98.0, -98.0), 0.5, 1e-12);
   EXPECT_NEAR(loss_probability(-96.0, -98.0), 1.0 / (1.0 + std::exp(2.0)), 1e-12);
   EXPECT_LT(loss_probability(-60.0, -98.0), 1e-15);
 }
 
-TEST(Propagation, one_echo_off_the_ground_by_hand) {
+TEST(Propagation, one_ground_reflection_gives_the_expected_range_error_and_power) {
   TriangleMesh mesh;
   mesh.add_box({0.0, 0.0, -1.0}, {100.0, 100.0, 1.0}, 0.0, 0.5);  // ground at z = 0
   const RayCaster ground(mesh);
@@ -42,7 +42,7 @@ TEST(Propagation, one_echo_off_the_ground_by_hand) {
   EXPECT_NEAR(m.power_db, 20.0 * std::log10(0.6), 1e-3);
 }
 
-TEST(Propagation, wandering_has_unit_spread_and_the_correlation_of_its_time) {
+TEST(Propagation, wandering_has_unit_sigma_and_the_set_correlation_time) {
   Wandering value;
   Rng rng(3, "wandering");
   std::vector<double> all;
@@ -53,7 +53,7 @@ TEST(Propagation, wandering_has_unit_spread_and_the_correlation_of_its_time) {
   EXPECT_NEAR(product / static_cast<double>(all.size()), std::exp(-0.5), 0.05);
 }
 
-TEST(Propagation, bursts_take_their_share_and_last_their_time_at_any_rate) {
+TEST(Propagation, bursts_have_the_set_fraction_and_duration_at_any_rate) {
   for (const double step_s : {0.02, 0.3}) {
     Burst burst;
     Rng rng(5, "burst");
@@ -69,7 +69,7 @@ TEST(Propagation, bursts_take_their_share_and_last_their_time_at_any_rate) {
   }
 }
 
-TEST(Obstruction, nothing_in_the_open_and_one_wall_of_its_thickness) {
+TEST(Obstruction, is_zero_in_open_air_and_the_crossed_thickness_in_walls) {
   const Obstruction open = trace_line(open_air(), {0, 0, 1}, {10, 0, 1}, 0.1);
   EXPECT_TRUE(open.clear());
   const Obstruction wall = trace_line(one_wall(), {0, 0, 1}, {10, 0, 1}, 0.1);
@@ -86,7 +86,7 @@ TEST(Obstruction, a_wall_beyond_the_other_antenna_is_not_crossed) {
   EXPECT_TRUE(trace_line(one_wall(), {0, 0, 1}, {4.8, 0, 1}, 0.1).clear());
 }
 
-TEST(Obstruction, a_sheet_counts_with_the_thickness_given) {
+TEST(Obstruction, single_surfaces_have_the_given_thickness) {
   TriangleMesh mesh;
   mesh.add_quad({5, -9, -9}, {0, 18, 0}, {0, 0, 18}, 0.5);
   const Obstruction sheet = trace_line(RayCaster(mesh), {0, 0, 1}, {10, 0, 1}, 0.15);
@@ -94,7 +94,7 @@ TEST(Obstruction, a_sheet_counts_with_the_thickness_given) {
   EXPECT_DOUBLE_EQ(sheet.thickness_m, 0.15);
 }
 
-TEST(Obstruction, a_sheet_beside_a_thick_wall_does_not_swallow_the_room_between) {
+TEST(Obstruction, the_space_between_a_wall_and_a_sheet_is_not_counted) {
   TriangleMesh mesh;
   mesh.add_box({5.0, 0.0, -5.0}, {0.2, 40.0, 10.0}, 0.0, 0.5);
   mesh.add_quad({8, -9, -9}, {0, 18, 0}, {0, 0, 18}, 0.5);
@@ -103,7 +103,7 @@ TEST(Obstruction, a_sheet_beside_a_thick_wall_does_not_swallow_the_room_between)
   EXPECT_NEAR(both.thickness_m, 0.35, 1e-5);
 }
 
-TEST(Obstruction, bodies_stand_in_the_way_only_between_and_below_their_height) {
+TEST(Obstruction, bodies_obstruct_only_between_antennas_and_below_their_height) {
   const std::vector<RadioBody> body{{{5.0, 0.2, 0.0}, 0.3, 1.7}};
   const RayCaster air = open_air();
   EXPECT_EQ(trace_line(air, {0, 0, 1}, {10, 0, 1}, 0.1, body).bodies, 1);
@@ -112,7 +112,7 @@ TEST(Obstruction, bodies_stand_in_the_way_only_between_and_below_their_height) {
   EXPECT_EQ(trace_line(air, {0, 0.6, 1}, {10, 0.6, 1}, 0.1, body).bodies, 0);
 }
 
-TEST(Obstruction, endpoints_that_coincide_or_are_not_numbers_do_no_harm) {
+TEST(Obstruction, coincident_or_nan_endpoints_give_no_obstruction) {
   EXPECT_TRUE(trace_line(one_wall(), {1, 1, 1}, {1, 1, 1}, 0.1).clear());
   const double nan = std::nan("");
   EXPECT_TRUE(trace_line(one_wall(), {nan, 0, 0}, {1, 1, 1}, 0.1).clear());

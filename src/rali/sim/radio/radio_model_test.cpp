@@ -12,7 +12,7 @@ namespace {
 
 constexpr Time kStart = kTestStart;
 
-TEST(RadioModel, mean_power_by_hand) {
+TEST(RadioModel, mean_power_follows_path_loss_and_wall_attenuation) {
   RadioOptions o = RadioOptions::ideal();
   const RadioModel model(o, 1);
   const RadioEnd a = end_at(0, {0, 0, 1});
@@ -22,7 +22,7 @@ TEST(RadioModel, mean_power_by_hand) {
   EXPECT_NEAR(model.mean_power_dbm(a, end_at(1, {10, 0, 1}), one_wall()), -58.0, 1e-3);
 }
 
-TEST(RadioModel, readings_scatter_by_fading_and_noise) {
+TEST(RadioModel, readings_have_the_combined_sigma_of_fading_and_noise) {
   RadioOptions o = RadioOptions::ideal();
   o.fading_db = 3.0;
   o.power_noise_db = 4.0;
@@ -38,7 +38,7 @@ TEST(RadioModel, readings_scatter_by_fading_and_noise) {
   EXPECT_NEAR(moments(readings).sd, 5.0, 0.25);
 }
 
-TEST(RadioModel, packets_follow_each_other_at_the_data_rate) {
+TEST(RadioModel, packets_of_one_link_are_serialised_at_the_data_rate) {
   RadioOptions o = RadioOptions::ideal();
   o.data_rate_bps = 1e6;
   o.delay_s = 0.01;
@@ -59,7 +59,7 @@ TEST(RadioModel, packets_follow_each_other_at_the_data_rate) {
   EXPECT_TRUE(model.send(at_s(1.0), 1, a, b, air));
 }
 
-TEST(RadioModel, loss_has_its_share_and_delay_its_mean) {
+TEST(RadioModel, packet_loss_and_delay_have_the_set_fraction_and_mean) {
   RadioOptions o = RadioOptions::ideal();
   o.loss_fraction = 0.2;
   o.delay_jitter_s = 0.02;
@@ -76,7 +76,7 @@ TEST(RadioModel, loss_has_its_share_and_delay_its_mean) {
   EXPECT_NEAR(moments(delays).mean, 0.02, 0.001);
 }
 
-TEST(RadioModel, out_of_reach_nothing_is_received) {
+TEST(RadioModel, nothing_is_received_out_of_radio_range) {
   RadioModel model(RadioOptions{}, 1);
   const RadioEnd a = end_at(0, {0, 0, 1});
   const RadioEnd b = end_at(1, {9000, 0, 1});

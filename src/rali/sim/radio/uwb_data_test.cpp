@@ -103,7 +103,7 @@ StaticField compare_field(bool line_of_sight) {
   return found;
 }
 
-TEST(UwbData, outdoors_in_line_of_sight_the_model_errs_like_the_DW1000) {
+TEST(UwbData, outdoor_line_of_sight_errors_of_the_model_match_the_dw1000) {
   SKIP_WITHOUT_DATA();
   const StaticField f = compare_field(true);
   ASSERT_EQ(f.real.size(), 18627U);
@@ -113,7 +113,7 @@ TEST(UwbData, outdoors_in_line_of_sight_the_model_errs_like_the_DW1000) {
   expect_alike(real, model, {0.05, 0.35, 0.10, 0.10});
 }
 
-TEST(UwbData, outdoors_behind_an_obstacle_the_model_errs_like_the_DW1000) {
+TEST(UwbData, outdoor_nlos_errors_of_the_model_match_the_dw1000) {
   SKIP_WITHOUT_DATA();
   const StaticField f = compare_field(false);
   ASSERT_EQ(f.real.size(), 17620U);
@@ -123,7 +123,7 @@ TEST(UwbData, outdoors_behind_an_obstacle_the_model_errs_like_the_DW1000) {
   expect_alike(real, model, {0.05, 0.45, 0.10, 0.10});
 }
 
-TEST(UwbData, reported_power_falls_with_distance_like_that_of_the_DW1000) {
+TEST(UwbData, reported_power_over_distance_matches_the_dw1000) {
   SKIP_WITHOUT_DATA();
   const Table table = read_table(data_folder() / "outdoor_static.csv");
   const RayCaster world = field(false);
@@ -185,7 +185,7 @@ StaticField compare_drive(const std::string& name) {
   return found;
 }
 
-TEST(UwbData, a_drive_outdoors_that_no_default_comes_from_is_met) {
+TEST(UwbData, model_errors_match_outdoor_drives_not_used_for_its_defaults) {
   SKIP_WITHOUT_DATA();
   for (const char* name : {"outdoor_los_A_case1", "outdoor_nlos_A_case1"}) {
     const StaticField f = compare_drive(name);
@@ -246,7 +246,7 @@ StaticField compare_robots(const std::string& trial, std::size_t every) {
   return found;
 }
 
-TEST(UwbData, robots_with_antennas_around_them_have_the_tail_of_the_model) {
+TEST(UwbData, model_errors_match_those_of_moving_robots_within_2_m) {
   SKIP_WITHOUT_DATA();
   for (const char* trial : {"09", "16", "21"}) {
     const StaticField f = compare_robots(trial, 40);
@@ -311,7 +311,7 @@ StaticField compare_link(const Trolley& trolley, std::size_t a, std::size_t g, U
 
 /// Held out except for the antenna patterns; the constant bias of each link is removed on both
 /// sides and compared separately.
-TEST(UwbData, tags_on_a_trolley_wander_as_much_as_in_the_model) {
+TEST(UwbData, model_errors_match_those_of_tags_on_a_trolley) {
   SKIP_WITHOUT_DATA();
   const Trolley trolley = read_trolley();
   ASSERT_GT(trolley.truth.size(), 1000U);

@@ -24,7 +24,7 @@ std::vector<double> errors(UwbModel& model, const RadioEnd& a, const RadioEnd& b
   return found;
 }
 
-TEST(UwbModel, without_errors_it_measures_between_the_antennas_not_the_bodies) {
+TEST(UwbModel, without_errors_ranges_are_between_antennas_not_body_origins) {
   UwbModel model(UwbOptions::ideal(), 2, 1);
   RadioEnd a = end_at(0, {0, 0, 0}, M_PI / 2.0);
   RadioEnd b = end_at(1, {10, 0, 0});
@@ -42,7 +42,7 @@ TEST(UwbModel, without_errors_it_measures_between_the_antennas_not_the_bodies) {
   EXPECT_FALSE(model.last_truth().obstructed);
 }
 
-TEST(UwbModel, one_wall_makes_the_range_longer_by_its_thickness_times_index_less_one) {
+TEST(UwbModel, a_wall_lengthens_the_range_by_thickness_times_refractive_index_minus_one) {
   UwbOptions o = UwbOptions::ideal();
   o.wall_index = 2.2;
   o.wall_loss_db = 2.0;
@@ -59,7 +59,7 @@ TEST(UwbModel, one_wall_makes_the_range_longer_by_its_thickness_times_index_less
   EXPECT_NEAR(sample->rssi_dbm, -72.0 - 3.5, 1e-3);
 }
 
-TEST(UwbModel, bias_by_antenna_angle_is_that_of_both_patterns) {
+TEST(UwbModel, angle_dependent_bias_is_the_sum_of_both_antenna_patterns) {
   EXPECT_NEAR((AntennaPattern{0.03, 0.02, 0.01, 0.005}.at(0.0)), 0.04, 1e-12);
   EXPECT_NEAR((AntennaPattern{0.03, 0.02, 0.01, 0.005}.at(M_PI / 2.0)), 0.01, 1e-12);
   UwbOptions o = UwbOptions::ideal();
@@ -78,7 +78,7 @@ TEST(UwbModel, bias_by_antenna_angle_is_that_of_both_patterns) {
   EXPECT_NEAR(model.last_truth().bias_m, expected, 1e-9);
 }
 
-TEST(UwbModel, spread_of_patterns_and_pair_biases_is_that_of_the_options) {
+TEST(UwbModel, patterns_and_pair_biases_have_the_set_mean_and_sigma) {
   UwbOptions o = UwbOptions::ideal();
   o.angle_bias_m = 0.04;
   o.pair_bias_m = 0.10;
@@ -95,7 +95,7 @@ TEST(UwbModel, spread_of_patterns_and_pair_biases_is_that_of_the_options) {
   EXPECT_NEAR(moments(angle).sd, 0.04, 0.003);
 }
 
-TEST(UwbModel, white_noise_grows_with_distance_in_squares) {
+TEST(UwbModel, noise_variance_grows_with_the_square_of_the_distance) {
   UwbOptions o = UwbOptions::ideal();
   o.sigma_m = 0.03;
   o.sigma_per_m = 0.001;
@@ -135,7 +135,7 @@ TEST(UwbModel, loss_and_outliers_have_their_fractions) {
   EXPECT_NEAR(moments(gross).mean, 4.0, 0.5);
 }
 
-TEST(UwbModel, behind_a_wall_ranges_are_longer_noisier_and_come_in_bursts) {
+TEST(UwbModel, ranges_through_a_wall_are_longer_noisier_and_correlated) {
   const RayCaster world = one_wall();
   const RayCaster air = open_air();
   UwbOptions o;
@@ -156,7 +156,7 @@ TEST(UwbModel, behind_a_wall_ranges_are_longer_noisier_and_come_in_bursts) {
   EXPECT_GT(product / static_cast<double>(blocked.size()) / (m.sd * m.sd), 0.4);
 }
 
-TEST(UwbModel, too_far_or_too_weak_is_lost_but_the_truth_is_known) {
+TEST(UwbModel, lost_ranges_still_have_ground_truth) {
   UwbOptions o = UwbOptions::ideal();
   UwbModel model(o, 2, 1);
   EXPECT_FALSE(model.measure(kStart, end_at(0, {0, 0, 1}), end_at(1, {151, 0, 1}), open_air()));
@@ -167,7 +167,7 @@ TEST(UwbModel, too_far_or_too_weak_is_lost_but_the_truth_is_known) {
   EXPECT_TRUE(model.last_truth().obstructed);
 }
 
-TEST(UwbModel, stamps_are_off_by_offset_and_drift_of_the_measuring_vehicle) {
+TEST(UwbModel, stamp_errors_are_offset_and_drift_of_the_measuring_vehicle) {
   UwbOptions o = UwbOptions::ideal();
   o.stamp_offset_s = 0.01;
   o.stamp_drift_ppm = 50.0;
@@ -186,7 +186,7 @@ TEST(UwbModel, stamps_are_off_by_offset_and_drift_of_the_measuring_vehicle) {
   EXPECT_NEAR(seconds_between(late, from_b->t), model.stamp_error_s(1, late), 2e-9);
 }
 
-TEST(UwbModel, a_third_vehicle_changes_nothing_between_the_first_two) {
+TEST(UwbModel, a_third_vehicle_does_not_change_ranges_between_the_others) {
   const UwbOptions o;
   const RayCaster air = open_air();
   UwbModel two(o, 2, 11), three(o, 3, 11);
@@ -209,7 +209,7 @@ TEST(UwbModel, a_third_vehicle_changes_nothing_between_the_first_two) {
   }
 }
 
-TEST(UwbModel, the_ends_may_be_swapped) {
+TEST(UwbModel, ranges_are_symmetric_in_both_directions) {
   UwbOptions o;
   o.stamp_offset_s = o.stamp_jitter_s = 0.0;
   const RayCaster air = open_air();
@@ -227,7 +227,7 @@ TEST(UwbModel, the_ends_may_be_swapped) {
   }
 }
 
-TEST(UwbModel, an_echo_is_the_same_at_rest_and_another_half_a_metre_on) {
+TEST(UwbModel, multipath_error_is_constant_at_standstill_and_changes_over_0_5_m) {
   TriangleMesh mesh;
   mesh.add_box({0.0, 0.0, 0.0}, {60.0, 3.0, 2.8}, 0.0, 0.5);  // corridor, seen from inside
   const RayCaster corridor(mesh);

@@ -12,7 +12,7 @@ namespace {
 
 using geometry::Vec3;
 
-TEST(Tunnel, cross_section_is_a_floor_walls_and_half_a_circle) {
+TEST(Tunnel, cross_section_has_floor_walls_and_a_semicircular_arch) {
   TunnelOptions o;
   o.length_m = 40.0;
   o.width_m = 5.0;
@@ -34,7 +34,7 @@ TEST(Tunnel, cross_section_is_a_floor_walls_and_half_a_circle) {
   EXPECT_EQ(caster.cast(middle, -Vec3::UnitX(), 1000.0).range_m, 0.0F);
 }
 
-TEST(Tunnel, length_bend_and_gradient_are_as_asked) {
+TEST(Tunnel, length_curvature_and_gradient_match_the_options) {
   TunnelOptions o;
   o.length_m = 300.0;
   o.curvature_per_m = 0.005;  // radius 200 m
@@ -49,7 +49,7 @@ TEST(Tunnel, length_bend_and_gradient_are_as_asked) {
   EXPECT_NEAR(end.y(), 200.0 * (1.0 - std::cos(292.0 / 200.0)), 0.5);
 }
 
-TEST(Tunnel, niches_are_where_they_are_asked_for) {
+TEST(Tunnel, niches_are_at_the_set_spacing) {
   TunnelOptions o;
   o.length_m = 60.0;
   o.roughness_m = 0.0;
@@ -64,7 +64,7 @@ TEST(Tunnel, niches_are_where_they_are_asked_for) {
   EXPECT_NEAR(width_at(10.0), 5.0F, 0.03);
 }
 
-TEST(Tunnel, pieces_bend_and_rise_within_what_is_asked) {
+TEST(Tunnel, segments_have_curvature_and_gradient_within_the_set_limits) {
   TunnelOptions o;
   o.length_m = 600.0;
   o.segment_m = 80.0;
@@ -85,7 +85,7 @@ TEST(Tunnel, pieces_bend_and_rise_within_what_is_asked) {
   EXPECT_GT(rise, 0.012);
 }
 
-TEST(Tunnel, cabinets_stand_at_the_walls_and_leave_the_lane_free) {
+TEST(Tunnel, cabinets_are_at_the_walls_and_keep_the_lane_free) {
   TunnelOptions o;
   o.length_m = 200.0;
   o.roughness_m = 0.0;
@@ -103,7 +103,7 @@ TEST(Tunnel, cabinets_stand_at_the_walls_and_leave_the_lane_free) {
   EXPECT_GT(narrow, 9 * 5);  // nine cabinets or so, none narrower than half a metre
 }
 
-TEST(Tunnel, one_that_bites_its_tail_is_refused) {
+TEST(Tunnel, self_intersecting_tunnels_are_refused) {
   TunnelOptions o;
   o.length_m = 700.0;
   o.curvature_per_m = 0.01;
@@ -122,13 +122,13 @@ TEST(Ramp, height_gain_is_turns_times_rise) {
   EXPECT_NEAR(Route(world.route, world.rounding_m).length_m(), 3.0 * 56.55 + 22.0, 4.0);
 }
 
-TEST(Ramp, turns_that_lie_on_each_other_are_refused) {
+TEST(Ramp, overlapping_turns_are_refused) {
   RampOptions o;
   o.height_m = 2.9;
   ASSERT_FALSE(ramp_world(o, Rng(1, "test")));
 }
 
-TEST(Mine, walls_are_rough_and_the_width_is_about_as_asked) {
+TEST(Mine, walls_are_rough_and_the_mean_width_is_near_the_option) {
   MineOptions o;
   o.width_m = 6.0;
   const World world = mine_world(o, Rng(3, "test"));

@@ -20,7 +20,7 @@ TEST(Access, loopback_needs_no_token) {
   }
 }
 
-TEST(Access, another_machine_needs_the_token_in_its_header_or_address) {
+TEST(Access, another_machine_needs_the_token_in_header_or_url) {
   AccessRequest far{.target = "/", .host = "10.0.0.2:8765"};
   EXPECT_EQ(access_of(far, kToken), Access::kNoToken);
   EXPECT_EQ(access_of(far, ""), Access::kNoToken) << "no token opens nothing";
@@ -42,7 +42,7 @@ TEST(Access, another_machine_needs_the_token_in_its_header_or_address) {
   }
 }
 
-TEST(Access, a_name_that_leads_to_loopback_is_not_answered) {
+TEST(Access, foreign_host_names_resolving_to_loopback_are_refused) {
   for (const char* host : {"evil.org", "127.evil.org:8765", "localhost.evil.org", "10.0.0.2"}) {
     AccessRequest request = local();
     request.host = host;
@@ -50,7 +50,7 @@ TEST(Access, a_name_that_leads_to_loopback_is_not_answered) {
   }
 }
 
-TEST(Access, a_page_of_another_site_may_not_ask_in_the_name_of_the_user) {
+TEST(Access, requests_from_pages_of_other_origins_are_refused) {
   AccessRequest request = local();
   request.origin = "http://127.0.0.1:8765";
   EXPECT_EQ(access_of(request, ""), Access::kGranted);
@@ -61,7 +61,7 @@ TEST(Access, a_page_of_another_site_may_not_ask_in_the_name_of_the_user) {
   }
 }
 
-TEST(Access, foxglove_may_look_but_not_order) {
+TEST(Access, foxglove_origin_is_accepted_for_websockets) {
   AccessRequest request = local();
   request.origin = "https://app.foxglove.dev";
   request.websocket = true;
@@ -75,7 +75,7 @@ HttpAnswer ask(Published& published, std::string_view method, std::string_view p
   return answer({method, path, type, body}, published);
 }
 
-TEST(Answers, health_is_503_until_the_host_has_stated_it) {
+TEST(Answers, health_is_503_until_the_host_reports_it) {
   Published p;
   EXPECT_EQ(ask(p, "GET", "/healthz").status, 503);
   p.healthy = true;
@@ -84,7 +84,7 @@ TEST(Answers, health_is_503_until_the_host_has_stated_it) {
   EXPECT_EQ(*ask(p, "GET", "/healthz").body, p.health);
 }
 
-TEST(Answers, metrics_are_those_of_the_host_and_of_the_view) {
+TEST(Answers, metrics_include_those_of_host_and_view) {
   Published p;
   p.metrics = "rali_term 4\n";
   p.viewers = 2;
@@ -93,21 +93,21 @@ TEST(Answers, metrics_are_those_of_the_host_and_of_the_view) {
   EXPECT_NE(body.find("rali_view_viewers 2\n"), std::string::npos);
 }
 
-TEST(Answers, the_state_is_the_last_one_or_503) {
+TEST(Answers, state_is_the_last_published_one_or_503) {
   Published p;
   EXPECT_EQ(ask(p, "GET", "/state").status, 503);
   p.state = "{}";
   EXPECT_EQ(*ask(p, "GET", "/state").body, "{}");
 }
 
-TEST(Answers, what_is_not_there_and_what_is_not_read_is_said_so) {
+TEST(Answers, unknown_path_is_404_and_unsupported_method_is_405) {
   Published p;
   EXPECT_EQ(ask(p, "GET", "/../etc/passwd").status, 404);
   EXPECT_EQ(ask(p, "PUT", "/state").status, 405);
   EXPECT_EQ(ask(p, "GET", "/operator").allow, "POST");
 }
 
-TEST(Answers, an_order_waits_for_the_host) {
+TEST(Answers, operator_commands_are_queued_for_the_host) {
   Published p;
   EXPECT_EQ(ask(p, "POST", "/operator", R"({"command":"end-round"})").status, 202);
   EXPECT_EQ(ask(p, "POST", "/operator", R"({"command":"assume-lost","vehicle":"v2"})").status, 202);
@@ -115,7 +115,7 @@ TEST(Answers, an_order_waits_for_the_host) {
   EXPECT_EQ(p.orders[1].vehicle, "v2");
 }
 
-TEST(Answers, a_wrong_order_is_refused_and_nothing_waits) {
+TEST(Answers, invalid_operator_commands_are_refused_and_not_queued) {
   Published p;
   for (const char* body :
        {"", "[]", R"({"command":"stop"})", R"({"command":7})", R"({"command":"assume-lost"})",
@@ -127,7 +127,7 @@ TEST(Answers, a_wrong_order_is_refused_and_nothing_waits) {
   EXPECT_TRUE(p.orders.empty());
 }
 
-TEST(Answers, orders_that_nobody_takes_end_at_a_limit) {
+TEST(Answers, the_operator_command_queue_is_limited) {
   Published p;
   for (std::size_t i = 0; i < kOrdersMax; ++i) {
     EXPECT_EQ(ask(p, "POST", "/operator", R"({"command":"finish"})").status, 202);
@@ -135,7 +135,7 @@ TEST(Answers, orders_that_nobody_takes_end_at_a_limit) {
   EXPECT_EQ(ask(p, "POST", "/operator", R"({"command":"finish"})").status, 503);
 }
 
-TEST(Answers, the_page_holds_its_style_and_loads_nothing) {
+TEST(Answers, page_contains_its_style_and_script_and_loads_nothing) {
   Published p;
   const std::string page = *ask(p, "GET", "/").body;
   EXPECT_EQ(page.find("/*STYLE*/"), std::string::npos);

@@ -8,7 +8,7 @@
 namespace rali::view {
 namespace {
 
-TEST(Foxglove, takes_the_first_subprotocol_of_the_client_that_it_knows) {
+TEST(Foxglove, selects_the_first_supported_subprotocol_of_the_client) {
   EXPECT_EQ(choose_subprotocol("foxglove.websocket.v1"), "foxglove.websocket.v1");
   EXPECT_EQ(choose_subprotocol("mqtt , foxglove.sdk.v1,foxglove.websocket.v1"), "foxglove.sdk.v1");
   EXPECT_EQ(choose_subprotocol(""), "");
@@ -16,7 +16,7 @@ TEST(Foxglove, takes_the_first_subprotocol_of_the_client_that_it_knows) {
   EXPECT_EQ(choose_subprotocol("foxglove.websocket.v10"), "");
 }
 
-TEST(Foxglove, reads_subscriptions_and_their_ends) {
+TEST(Foxglove, parses_subscribe_and_unsubscribe) {
   const auto begun = parse_client_message(
       R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":2},{"id":8,"channelId":3}]})");
   ASSERT_TRUE(begun);
@@ -26,7 +26,7 @@ TEST(Foxglove, reads_subscriptions_and_their_ends) {
   EXPECT_EQ(ended->unsubscribe, std::vector<std::uint32_t>{7});
 }
 
-TEST(Foxglove, refuses_what_is_no_message_in_a_sentence) {
+TEST(Foxglove, refuses_invalid_client_messages_with_a_reason) {
   for (const char* text :
        {"", "x", "[]", "7", "{}", R"({"op":1})", R"({"op":"subscribe"})",
         R"({"op":"subscribe","subscriptions":{}})", R"({"op":"subscribe","subscriptions":[1]})",
@@ -42,18 +42,18 @@ TEST(Foxglove, refuses_what_is_no_message_in_a_sentence) {
   EXPECT_FALSE(parse_client_message(std::string(60000, '[')));
 }
 
-TEST(Foxglove, names_an_operation_that_a_read_only_server_has_not) {
+TEST(Foxglove, names_operations_that_a_read_only_server_does_not_support) {
   const auto parsed = parse_client_message(R"({"op":"setParameters","parameters":[]})");
   ASSERT_TRUE(parsed);
   EXPECT_EQ(parsed->unsupported, "setParameters");
 }
 
-TEST(Foxglove, the_header_of_a_frame_is_as_worked_by_hand) {
+TEST(Foxglove, frame_header_has_the_expected_bytes) {
   EXPECT_EQ(data_header(0x01020304, Time{0x1112131415161718}),
             (DataHeader{0x01, 4, 3, 2, 1, 0x18, 0x17, 0x16, 0x15, 0x14, 0x13, 0x12, 0x11}));
 }
 
-TEST(Foxglove, advertises_even_a_topic_that_is_no_utf_8) {
+TEST(Foxglove, advertises_topics_with_invalid_utf8_names) {
   const std::vector<NumberedChannel> channels = {
       {3, {"/\xFF", "cdr", "sensor_msgs/msg/PointCloud2", "ros2msg", "uint32 height", false}}};
   const auto message = nlohmann::json::parse(advertise(channels));
@@ -83,7 +83,7 @@ struct HubOfTwo {
 constexpr const char* kBoth =
     R"({"op":"subscribe","subscriptions":[{"id":10,"channelId":1},{"id":20,"channelId":2}]})";
 
-TEST(ViewerChannels, give_a_late_subscriber_the_last_frame_of_a_channel_that_keeps_it) {
+TEST(ViewerChannels, send_the_last_frame_of_latched_channels_to_late_subscribers) {
   HubOfTwo s;
   s.publish(1, 3);
   s.publish(1, 4);
@@ -97,7 +97,7 @@ TEST(ViewerChannels, give_a_late_subscriber_the_last_frame_of_a_channel_that_kee
   EXPECT_FALSE(viewer.next()) << "channel 2 keeps nothing";
 }
 
-TEST(ViewerChannels, complain_of_a_channel_that_is_not_there_and_of_one_taken_twice) {
+TEST(ViewerChannels, report_errors_for_unknown_channels_and_duplicate_subscriptions) {
   HubOfTwo s;
   ViewerChannels viewer(s.hub);
   for (const char* text : {R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":9}]})",
@@ -111,7 +111,7 @@ TEST(ViewerChannels, complain_of_a_channel_that_is_not_there_and_of_one_taken_tw
   EXPECT_EQ(viewer.subscriptions(), 1U);
 }
 
-TEST(ViewerChannels, drop_what_waits_of_an_ended_subscription) {
+TEST(ViewerChannels, drop_queued_frames_after_unsubscribe) {
   HubOfTwo s;
   ViewerChannels viewer(s.hub);
   (void)viewer.take(kBoth, false);
@@ -124,7 +124,7 @@ TEST(ViewerChannels, drop_what_waits_of_an_ended_subscription) {
   EXPECT_FALSE(viewer.next());
 }
 
-TEST(ViewerChannels, have_enough_of_a_viewer_that_sends_nonsense) {
+TEST(ViewerChannels, limit_the_number_of_invalid_messages_per_viewer) {
   HubOfTwo s;
   ViewerChannels viewer(s.hub);
   for (int i = 0; i < kBadMessagesMax; ++i)

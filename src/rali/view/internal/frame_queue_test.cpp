@@ -11,7 +11,7 @@ FramePtr frame(std::uint32_t channel, std::size_t bytes, std::int64_t t_ns = 0) 
   return out;
 }
 
-TEST(FrameQueue, gives_frames_in_the_order_in_which_they_came) {
+TEST(FrameQueue, returns_frames_in_order_of_arrival) {
   FrameQueue queue(100);
   EXPECT_EQ(queue.push(frame(1, 10, 1)), 0U);
   EXPECT_EQ(queue.push(frame(2, 10, 2)), 0U);
@@ -22,7 +22,7 @@ TEST(FrameQueue, gives_frames_in_the_order_in_which_they_came) {
   EXPECT_EQ(queue.bytes(), 0U);
 }
 
-TEST(FrameQueue, drops_the_oldest_frame_that_has_a_newer_one_when_it_is_full) {
+TEST(FrameQueue, drops_the_oldest_superseded_frame_when_full) {
   FrameQueue queue(100);
   (void)queue.push(frame(1, 40, 1));
   (void)queue.push(frame(2, 40, 2));
@@ -32,7 +32,7 @@ TEST(FrameQueue, drops_the_oldest_frame_that_has_a_newer_one_when_it_is_full) {
   EXPECT_EQ((*queue.pop())->t.ns, 3);
 }
 
-TEST(FrameQueue, keeps_the_newest_of_each_channel_even_if_these_alone_are_too_much) {
+TEST(FrameQueue, keeps_the_newest_frame_of_each_channel_beyond_the_size_limit) {
   FrameQueue queue(100);
   (void)queue.push(frame(1, 300, 1));
   EXPECT_EQ(queue.push(frame(2, 300, 2)), 0U);
@@ -42,7 +42,7 @@ TEST(FrameQueue, keeps_the_newest_of_each_channel_even_if_these_alone_are_too_mu
   EXPECT_EQ((*queue.pop())->t.ns, 3);
 }
 
-TEST(FrameQueue, stays_small_however_much_is_pushed_and_nothing_taken) {
+TEST(FrameQueue, never_exceeds_its_size_limit_without_a_reader) {
   FrameQueue queue(1000);
   std::size_t dropped = 0;
   for (int i = 0; i < 100000; ++i) {
@@ -52,7 +52,7 @@ TEST(FrameQueue, stays_small_however_much_is_pushed_and_nothing_taken) {
   EXPECT_EQ(dropped + queue.size(), 100000U);
 }
 
-TEST(FrameQueue, forgets_a_channel) {
+TEST(FrameQueue, removes_all_frames_of_an_erased_channel) {
   FrameQueue queue(100);
   (void)queue.push(frame(1, 10));
   (void)queue.push(frame(2, 20));

@@ -28,14 +28,14 @@ const fleet::Fact& fact_of(const fleet::Envelope& envelope) {
   return *std::get<fleet::FactMessage>(envelope.message).fact;
 }
 
-TEST(Crc32c, of_one_to_nine_is_the_published_value) {
+TEST(Crc32c, of_123456789_is_the_published_value_whole_and_in_parts) {
   const std::string text = "123456789";
   const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
   EXPECT_EQ(crc32c(bytes), 0xE3069283U);
   EXPECT_EQ(crc32c(bytes.subspan(4), crc32c(bytes.first(4))), 0xE3069283U);
 }
 
-TEST(FleetCodec, a_withheld_message_is_these_bytes) {
+TEST(FleetCodec, a_withheld_message_has_the_documented_bytes) {
   // version 1, kind 22, from 1, to all, checksum, section 1 of 5 bytes: vehicle 3, epoch 1, one gap
   // from 7 to 7 + 2.
   const fleet::Envelope envelope{VehicleId{1}, std::nullopt,
@@ -50,7 +50,7 @@ TEST(FleetCodec, a_withheld_message_is_these_bytes) {
   }
 }
 
-TEST(FleetCodec, every_message_comes_back_and_its_bytes_stay_the_same_from_hand_to_hand) {
+TEST(FleetCodec, re_encoding_a_decoded_message_gives_the_same_bytes) {
   for (const fleet::Envelope& envelope : all_messages()) {
     const auto bytes = encode_envelope(envelope);
     ASSERT_TRUE(bytes) << bytes.error().message();
@@ -64,7 +64,7 @@ TEST(FleetCodec, every_message_comes_back_and_its_bytes_stay_the_same_from_hand_
   }
 }
 
-TEST(FleetCodec, a_fact_comes_back_bit_by_bit_as_its_author_keeps_it) {
+TEST(FleetCodec, a_decoded_fact_equals_the_quantised_original) {
   Rng rng(3);
   for (int k = 0; k < 5 * fleet::kBodies; ++k) {
     const fleet::Envelope envelope =
@@ -77,7 +77,7 @@ TEST(FleetCodec, a_fact_comes_back_bit_by_bit_as_its_author_keeps_it) {
   }
 }
 
-TEST(FleetCodec, fields_of_soft_messages_come_back) {
+TEST(FleetCodec, fields_of_messages_without_facts_survive_a_round_trip) {
   const std::vector<fleet::Envelope> all = all_messages();
   const auto again = [&all](std::size_t k) {
     return *decode_envelope(*encode_envelope(all[all.size() - k]));
@@ -117,7 +117,7 @@ TEST(FleetCodec, fields_of_soft_messages_come_back) {
   EXPECT_FALSE(table.last_part);
 }
 
-TEST(FleetCodec, keyframes_of_the_last_epoch_come_back_with_their_numbers) {
+TEST(FleetCodec, keyframe_numbers_of_the_last_epoch_survive_a_round_trip) {
   constexpr std::uint32_t kEpoch = fleet::kEpochsMax - 1;
   const std::uint32_t last = fleet::first_keyframe_of(kEpoch) + (fleet::kKeyframesPerEpoch - 1);
   EXPECT_EQ(last, 0xFFFFFFFFU);
@@ -152,7 +152,7 @@ TEST(FleetCodec, keyframes_of_the_last_epoch_come_back_with_their_numbers) {
   EXPECT_EQ(std::get<fleet::Table>(back->message).poses.at(1).keyframe, last);
 }
 
-TEST(FleetCodec, what_a_vehicle_says_of_itself_comes_back_as_its_own) {
+TEST(FleetCodec, a_peer_state_is_assigned_to_its_sender) {
   fleet::PeerStatus reported{VehicleId{9}, Time::from_s(5.0), true, fleet::PeerPose{}};
   reported.pose->T_start_body.p = {1.5, -2.25, 0.125};
   reported.pose->position_covariance_m2 = Eigen::Vector3d(0.25, 0.01, 0.04).asDiagonal();
@@ -176,7 +176,7 @@ TEST(FleetCodec, what_a_vehicle_says_of_itself_comes_back_as_its_own) {
   EXPECT_EQ(received.pose->seen[0].apart_start_m, reported.pose->seen[0].apart_start_m);
 }
 
-TEST(FleetCodec, a_message_that_ends_too_early_is_an_error_wherever_it_ends) {
+TEST(FleetCodec, truncated_messages_are_refused) {
   for (const fleet::Envelope& envelope : all_messages()) {
     const Bytes whole = *encode_envelope(envelope);
     const std::size_t step = whole.size() > 1000 ? 7 : 1;
@@ -196,7 +196,7 @@ TEST(FleetCodec, a_message_that_ends_too_early_is_an_error_wherever_it_ends) {
   }
 }
 
-TEST(FleetCodec, damage_to_any_byte_is_noticed) {
+TEST(FleetCodec, damage_to_any_byte_is_detected_by_the_checksum) {
   const Bytes whole = *encode_envelope(all_messages()[1]);
   for (std::size_t k = 0; k < whole.size(); ++k) {
     for (const unsigned bit : {0U, 3U, 7U}) {
@@ -209,7 +209,7 @@ TEST(FleetCodec, damage_to_any_byte_is_noticed) {
   }
 }
 
-TEST(FleetCodec, a_newer_fact_is_passed_on_with_what_is_not_understood) {
+TEST(FleetCodec, unknown_fields_of_a_newer_fact_are_forwarded) {
   for (int k = 0; k < fleet::kBodies; ++k) {
     Rng rng(static_cast<std::uint64_t>(k));
     Bytes newer = *encode_envelope(fact_envelope(fleet::random_body(rng, k, VehicleId{3})));
@@ -222,7 +222,7 @@ TEST(FleetCodec, a_newer_fact_is_passed_on_with_what_is_not_understood) {
   }
 }
 
-TEST(FleetCodec, an_unknown_tag_of_a_soft_message_is_passed_over) {
+TEST(FleetCodec, an_unknown_tag_of_an_inventory_message_is_ignored) {
   Bytes newer = *encode_envelope({VehicleId{1}, std::nullopt, some_inventory()});
   for (const int b : {77, 2, 9, 9}) newer.push_back(static_cast<std::byte>(b));
   const auto read = decode_envelope(sealed(newer));
@@ -230,7 +230,7 @@ TEST(FleetCodec, an_unknown_tag_of_a_soft_message_is_passed_over) {
   EXPECT_EQ(std::get<fleet::Inventory>(read->message), some_inventory());
 }
 
-TEST(FleetCodec, a_fact_of_an_unknown_kind_is_kept_and_another_message_is_dropped) {
+TEST(FleetCodec, facts_of_unknown_kind_are_kept_and_other_unknown_messages_dropped) {
   Bytes newer = *encode_envelope(all_messages()[1]);
   newer[1] = std::byte{13};
   newer = sealed(newer);
@@ -247,7 +247,7 @@ TEST(FleetCodec, a_fact_of_an_unknown_kind_is_kept_and_another_message_is_droppe
   EXPECT_EQ(dropped.error().code, ErrorCode::kNoAnswer);
 }
 
-TEST(FleetCodec, another_version_is_refused_as_such) {
+TEST(FleetCodec, another_protocol_version_is_refused) {
   Bytes other = *encode_envelope(all_messages()[0]);
   other[0] = std::byte{2};
   const auto refused = decode_envelope(sealed(other));
@@ -256,7 +256,7 @@ TEST(FleetCodec, another_version_is_refused_as_such) {
   EXPECT_NE(refused.error().what.find("version 2"), std::string::npos);
 }
 
-TEST(FleetCodec, a_size_that_the_bytes_do_not_explain_is_refused) {
+TEST(FleetCodec, a_list_size_larger_than_its_bytes_is_refused) {
   // A request that claims 2^40 wants in a section of 12 bytes.
   Bytes bytes = *encode_envelope({VehicleId{1}, std::nullopt, fleet::Request{}});
   bytes.resize(10);
@@ -268,7 +268,7 @@ TEST(FleetCodec, a_size_that_the_bytes_do_not_explain_is_refused) {
   EXPECT_NE(refused.error().what.find("too long a list"), std::string::npos);
 }
 
-TEST(FleetCodec, random_changes_under_a_right_checksum_never_break_the_reader) {
+TEST(FleetCodec, random_changes_with_a_valid_checksum_never_crash_the_decoder) {
   Rng rng(9);
   int read = 0;
   for (const fleet::Envelope& envelope : all_messages()) {
@@ -292,7 +292,7 @@ TEST(FleetCodec, random_changes_under_a_right_checksum_never_break_the_reader) {
   EXPECT_GT(read, 100);
 }
 
-TEST(FleetCodec, what_cannot_be_told_is_not_encoded) {
+TEST(FleetCodec, nan_values_are_not_encoded) {
   fleet::Increment step;
   step.v_odom_mps.x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(encode_envelope(fact_envelope(step)));

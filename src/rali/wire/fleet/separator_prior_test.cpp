@@ -15,7 +15,7 @@ fleet::Envelope envelope_of(const SeparatorPrior& separator) {
   return {VehicleId{0}, std::nullopt, separator};
 }
 
-TEST(SeparatorCodec, the_new_anchor_estimates_what_the_old_one_would_have) {
+TEST(SeparatorCodec, the_new_anchor_estimates_the_same_poses_as_the_old_one) {
   SerialExecutor executor;
   fleet::RoundsForTest options;
   options.degenerate = true;
@@ -53,7 +53,7 @@ TEST(SeparatorCodec, the_new_anchor_estimates_what_the_old_one_would_have) {
   }
 }
 
-TEST(SeparatorCodec, refuses_what_is_no_separator) {
+TEST(SeparatorCodec, refuses_invalid_separator_priors) {
   SeparatorPrior separator;
   separator.paths.push_back({{VehicleId{1}, 0}, 3, {}, geometry::Mat6::Identity(), true});
   separator.nodes.push_back({{VehicleId{1}, 0}, 3, false, {}});

@@ -38,7 +38,7 @@ std::vector<Place> in_order(const fleet::KeyframePoints& points) {
   return out;
 }
 
-TEST(FleetSizes, a_corridor_keyframe_takes_10_kB_and_comes_back_within_5_mm) {
+TEST(FleetSizes, a_corridor_keyframe_takes_at_most_10_kb_at_5_mm_error) {
   const fleet::KeyframePoints points = corridor_keyframe(0.2, false);
   EXPECT_NEAR(static_cast<double>(points.size()), 4234.0, 0.25 * 4234.0) << "as in 11.3";
   const Bytes bytes = *encode_envelope(fact_envelope(points));
@@ -58,7 +58,7 @@ TEST(FleetSizes, a_corridor_keyframe_takes_10_kB_and_comes_back_within_5_mm) {
   EXPECT_EQ(*encode_envelope(*back), bytes);
 }
 
-TEST(FleetSizes, far_points_at_the_ends_of_the_range_come_back) {
+TEST(FleetSizes, points_at_the_limits_of_the_coordinate_range_survive) {
   fleet::KeyframePoints points;
   for (const float far : {10485.7F, -10485.7F, 0.0F, 0.004F, -0.006F}) {
     points.x_m.push_back(far);
@@ -73,13 +73,13 @@ TEST(FleetSizes, far_points_at_the_ends_of_the_range_come_back) {
   EXPECT_EQ(x, (std::vector<float>{-10485.7F, -0.01F, 0.0F, 0.0F, 10485.7F}));
 }
 
-TEST(FleetSizes, no_points_at_all_are_points_too) {
+TEST(FleetSizes, a_keyframe_without_points_survives_a_round_trip) {
   const auto back = decode_envelope(*encode_envelope(fact_envelope(fleet::KeyframePoints{})));
   ASSERT_TRUE(back);
   EXPECT_EQ(points_of(*back).size(), 0U);
 }
 
-TEST(FleetSizes, small_messages_stay_small) {
+TEST(FleetSizes, small_messages_stay_within_their_size_limits) {
   Rng rng(8);
   const auto size = [](const fleet::Envelope& envelope) {
     return encode_envelope(envelope)->size();
