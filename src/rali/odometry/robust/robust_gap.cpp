@@ -57,8 +57,10 @@ FilterState RobustOdometry::anywhere_reached(Time t) const {
   const double sigma_mps = 0.5 * std::max(settings_.constraints.speed_usual_mps, fastest_seen_mps_);
   const double kept = std::exp(-gap_s / kTau_s);
   const double forgotten_s = kTau_s * (1.0 - kept);
-  FilterState out = last_posterior_;
+  // Ranges may have added or removed augmented states since the last scan.
+  FilterState out = state_;
   out.t = t;
+  out.T_odom_body = last_posterior_.T_odom_body;
   out.T_odom_body.p += forgotten_s * last_posterior_.v;
   out.v = kept * last_posterior_.v;
   decorrelate(out, kTheta, kGyroBias - kTheta);

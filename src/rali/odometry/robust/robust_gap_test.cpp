@@ -21,11 +21,14 @@ struct After {
   std::vector<ScanResult> results;  ///< of the scans after the pause
   std::vector<double> errors_m;
   FindingList findings;
+  int augmented = 0;  ///< states at the end
 };
 
 /// Drives through the room; nothing is recorded during the pause, after which it may be another
 /// room.
-After drive(TestRoom room, const Pause& pause, double duration_s, const TestRoom* elsewhere = {}) {
+/// @param ranged a landmark becomes known between the pause and the first scan after it
+After drive(TestRoom room, const Pause& pause, double duration_s, const TestRoom* elsewhere = {},
+            bool ranged = false) {
   const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}}, true);
   SerialExecutor executor;
   After out;
@@ -44,10 +47,16 @@ After drive(TestRoom room, const Pause& pause, double duration_s, const TestRoom
     }
     if (t_s + 0.1 > pause.begin_s && !after) continue;
     const auto scan = room.scan(t_s);
+    AugmentedFilter& filter = *odometry->augmented_filter();
+    if (ranged && after && out.results.empty() && filter.advance_to(Time::from_s(t_s + 0.05))) {
+      filter.add_states(AugmentedStates::Vector::Constant(3, 2.0),
+                        AugmentedStates::Matrix::Identity(3, 3), {});
+    }
     const ScanResult result = odometry->process(*scan, executor, out.findings);
     const SE3 truth = room.pose(scan->t_end.s());
     if (k == 0) T_world_odom = truth * result.T_odom_body.inverse();
     if (!after) continue;
+    out.augmented = filter.augmented().size();
     out.results.push_back(result);
     out.errors_m.push_back((result.T_odom_body.p - (T_world_odom.inverse() * truth).p).norm());
   }
@@ -96,6 +105,14 @@ TEST(RobustGap, in_another_room_a_new_map_starts_with_a_covariance_that_covers_t
     EXPECT_LT(run.errors_m[k], 3.0 * sigma_m(run.results[k])) << k;
     EXPECT_GT(sigma_m(run.results[k]), 1.0) << k;
   }
+}
+
+TEST(RobustGap, a_landmark_that_ranges_gave_before_the_scan_is_kept) {
+  TestRoom other;
+  other.walls = {{-9.0, -3.0, -1.0}, {4.0, 12.0, 4.0}};
+  other.pillars.clear();
+  EXPECT_EQ(drive({}, {6.0, 8.0}, 9.0, nullptr, true).augmented, 3) << "found again";
+  EXPECT_EQ(drive({}, {6.0, 12.0}, 13.0, &other, true).augmented, 3) << "a new map";
 }
 
 TEST(RobustGap, half_a_second_without_data_is_no_interruption) {
