@@ -21,7 +21,8 @@ bool PathRecorder::wants(const odometry::ScanResult& result, bool keyframe) cons
 
 std::optional<PathNode> PathRecorder::add(const odometry::ScanResult& result,
                                           const std::optional<KeyframeId>& keyframe,
-                                          bool degenerate, const geometry::Vec3& g_odom_mps2) {
+                                          bool degenerate, const geometry::Vec3& g_odom_mps2,
+                                          double level_sigma_rad) {
   if (last_ && result.t <= *last_) return std::nullopt;
   if (!wants(result, keyframe.has_value())) return std::nullopt;
   PathNode node;
@@ -38,6 +39,7 @@ std::optional<PathNode> PathRecorder::add(const odometry::ScanResult& result,
   step.gyro_bias_radps = result.gyro_bias_radps;
   step.accel_bias_mps2 = result.accel_bias_mps2;
   step.g_odom_mps2 = g_odom_mps2;
+  step.level_sigma_rad = level_sigma_rad;
   step.covariance = result.covariance;
   step.lidar_information = result.lidar_information;
   if (last_ && result.inertial) {

@@ -27,9 +27,11 @@ class PathRecorder {
   void add(const sensor::ImuSample& sample);
 
   /// Call after each scan. @return the node, if it is one
+  /// @param level_sigma_rad of the direction of gravity; 0: not known
   [[nodiscard]] std::optional<PathNode> add(const odometry::ScanResult& result,
                                             const std::optional<KeyframeId>& keyframe,
-                                            bool degenerate, const geometry::Vec3& g_odom_mps2);
+                                            bool degenerate, const geometry::Vec3& g_odom_mps2,
+                                            double level_sigma_rad);
 
   /// The map was lost: the next node is not connected to any before it.
   void cut() { last_.reset(); }

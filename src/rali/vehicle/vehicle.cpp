@@ -200,7 +200,7 @@ class Vehicle::Impl {
       keyframe = KeyframeId{self_, first_keyframe_ + keyframes_++};
       out.emplace_back(KeyframeAdded{*keyframe, result.keyframe});
     }
-    record(result, keyframe, pose.degeneracy.degenerate, out);
+    record(result, keyframe, pose, out);
     out.emplace_back(status_of(result));
   }
 
@@ -254,14 +254,14 @@ class Vehicle::Impl {
   }
 
   void record(const odometry::ScanResult& result, const std::optional<KeyframeId>& keyframe,
-              bool degenerate, OutputList& out) {
+              const PoseEstimate& pose, OutputList& out) {
     // A new map starts where the old one was lost: the graph has no factor across.
     if (result.state == odometry::TrackState::kDiverged) {
       path_.cut();
       return;
     }
-    const std::optional<PathNode> node =
-        path_.add(result, keyframe, degenerate, odometry_->gravity_odom());
+    const std::optional<PathNode> node = path_.add(result, keyframe, pose.degeneracy.degenerate,
+                                                   odometry_->gravity_odom(), pose.level_sigma_rad);
     facts_.add(result.t, node, result.keyframe.get(),
                paper_ranges_ ? received_until(result) : ranges_.entries(), out);
   }

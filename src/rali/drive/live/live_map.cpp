@@ -1,11 +1,13 @@
 #include "rali/drive/live/live_map.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
 
+#include "rali/fleet/centre/joint_graph.hpp"
 #include "rali/fleet/centre/path_frames.hpp"
 
 namespace rali::drive {
@@ -15,6 +17,8 @@ using geometry::SE3;
 using geometry::Vec3;
 
 namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// Time of the first scheduled table, and the growth factor of the run time until the next one: all
 /// tables together cost a few times as much as the last one.
@@ -58,9 +62,7 @@ Mat6 turned(const geometry::Mat3& R, const Mat6& covariance) {
 
 LiveMap::LiveMap(std::size_t vehicles, const fleet::FleetSettings& settings,
                  fleet::FleetKnowledge known)
-    : level_sigma_rad_(settings.joint.tilt_deg * std::numbers::pi / 180.0),
-      centre_(settings, std::move(known)),
-      members_(vehicles) {}
+    : joint_(settings.joint), centre_(settings, std::move(known)), members_(vehicles) {}
 
 void LiveMap::add(const fleet::Fact& fact) {
   // A single vehicle has no peer to compare points with.
@@ -114,6 +116,7 @@ void LiveMap::take(const fleet::FleetEstimate& estimate, Time now) {
   };
   const auto reference = of(reference_);
   if (reference == estimate.frames.end()) return;
+  level_sigma_rad_ = level_sigma_of(estimate, reference->group);
   for (const fleet::VehicleFrame& frame : estimate.frames) {
     if (frame.vehicle.value >= members_.size()) continue;
     if (frame.group != reference->group) {
@@ -126,6 +129,18 @@ void LiveMap::take(const fleet::FleetEstimate& estimate, Time now) {
     if (!member.t_joined) member.t_joined = now;
     ++member.tables;
   }
+}
+
+/// All vehicles of a group determine together where up is in its map.
+double LiveMap::level_sigma_of(const fleet::FleetEstimate& estimate, std::size_t group) const {
+  double information = 0.0;
+  for (const fleet::VehicleFrame& frame : estimate.frames) {
+    if (frame.group != group) continue;
+    const fleet::VehiclePath* path = fleet::path_of(centre_.paths(), {frame.vehicle, frame.epoch});
+    const fleet::Increment* step = path != nullptr ? path->newest_levelled() : nullptr;
+    if (step != nullptr) information += std::pow(fleet::level_sigma_rad(*step, joint_), -2);
+  }
+  return information > 0.0 ? 1.0 / std::sqrt(information) : 0.0;
 }
 
 /// Poses in a frame that the facts contradict are worse than none: a vehicle without a live pose
@@ -162,9 +177,8 @@ LiveMap::Entry LiveMap::entry_of(const fleet::FleetEstimate& estimate,
 
 /// Each table levels the map by the current gravity estimate, which rotates all poses about the
 /// first one. Without gravity the map keeps the orientation of the first pose.
-Mat6 LiveMap::of_level(const SE3& T_map_body, double sigma_rad) const {
+Mat6 LiveMap::of_level(const SE3& T_map_body, double level_rad) const {
   if (levelled_ == 0) return Mat6::Zero();
-  const double level_rad = std::max(level_sigma_rad_, sigma_rad);
   Eigen::Matrix<double, 6, 2> J;
   J.topRows<3>() = T_map_body.R.transpose().leftCols<2>();
   J.bottomRows<3>() = -geometry::skew(T_map_body.p).leftCols<2>();
@@ -182,7 +196,9 @@ std::optional<LivePose> LiveMap::pose(const vehicle::PoseEstimate& pose) const {
   live.t = pose.t;
   live.T_map_body = entry->T_map_local * pose.T_local_body;
   const geometry::Mat3& R = entry->T_map_local.R;
-  const Mat6 level = of_level(live.T_map_body, pose.level_sigma_rad);
+  const double alone_rad = std::hypot(pose.level_sigma_rad, joint_.tilt_deg * kRadPerDeg);
+  const Mat6 level =
+      of_level(live.T_map_body, level_sigma_rad_ > 0.0 ? level_sigma_rad_ : alone_rad);
   live.covariance = turned(R, pose.covariance) + level;
   if (!entry->from) return live;
   const Entry::Keyframe& from = *entry->from;

@@ -90,7 +90,9 @@ class LiveMap {
   void solve(Time now, Executor& executor);
   void take(const fleet::FleetEstimate& estimate, Time now);
   void withdraw(const fleet::VehicleFrame& frame, Time now);
-  [[nodiscard]] geometry::Mat6 of_level(const geometry::SE3& T_map_body, double sigma_rad) const;
+  [[nodiscard]] geometry::Mat6 of_level(const geometry::SE3& T_map_body, double level_rad) const;
+  [[nodiscard]] double level_sigma_of(const fleet::FleetEstimate& estimate,
+                                      std::size_t group) const;
   /// How far the filter's corrections since the last table have moved the live pose.
   [[nodiscard]] std::optional<geometry::Vec6> contradiction(const vehicle::PoseEstimate& pose,
                                                             const LivePose& live) const;
@@ -98,7 +100,8 @@ class LiveMap {
                                const fleet::VehicleFrame& frame) const;
   [[nodiscard]] std::optional<VehicleId> reference(Time now) const;
 
-  double level_sigma_rad_ = 0.0;  ///< of the map's roll and pitch, if levelled by gravity
+  fleet::JointSettings joint_;
+  double level_sigma_rad_ = 0.0;  ///< of roll and pitch of the last table's map; 0: of one vehicle
   fleet::RoundCentre centre_;
   std::vector<Member> members_;
   std::vector<Withdrawal> withdrawals_;

@@ -194,27 +194,6 @@ void JointGraph::add_steps(std::size_t path) {
   }
 }
 
-/// Gravity from the vehicle's odometry. Its error is common to all nodes, so all factors together
-/// must not carry more information than one. The weights 1/2, 1/6, 1/12, ... sum to 1, wherever a
-/// round ends between them.
-void JointGraph::add_tilt(std::size_t path) {
-  const auto& nodes = paths_[path].nodes();
-  const Vec3 up_odom = paths_[path].up_odom();
-  const auto every = static_cast<std::size_t>(settings_.tilt_every);
-  for (std::size_t k = begin_[path]; k < nodes.size(); ++k) {
-    const Increment& step = nodes[k].step;
-    if (k % every != 0 || (!step.levelled && k > 0)) continue;
-    const double nth = 1.0 + static_cast<double>(k / every);
-    graph::GravityFactor gravity;
-    gravity.i = seq(path, k);
-    gravity.up_body = step.T_odom_body.R.transpose() * up_odom;
-    gravity.sigma_rad =
-        kRadPerDeg * (step.levelled ? settings_.tilt_deg * std::sqrt(nth * (nth + 1.0))
-                                    : settings_.tilt_unlevelled_deg);
-    graph_->add(gravity);
-  }
-}
-
 /// Bodies are not level at their start: the prior relates their level frames, and constrains the
 /// rotation about the vertical axis only.
 void JointGraph::add(const StartPrior& prior) {
@@ -258,6 +237,7 @@ void JointGraph::solve() {
     } else {
       graph_->solve_full();
     }
+    level();
     if (round + 1 < settings_.rounds) reclassify_outliers();
   }
 }

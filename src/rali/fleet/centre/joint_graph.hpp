@@ -33,6 +33,9 @@ enum class DegenerateSteps {
   kFilter
 };
 
+/// Of roll and pitch of a path's odom: as its odometry states it, and what no odometry states.
+[[nodiscard]] double level_sigma_rad(const Increment& step, const JointSettings& settings);
+
 /// All measurements of one group's paths as one graph in the frame of the first path: increments of
 /// LiDAR and inertial data, ranges, start poses and loops, each fact once (algorithms_fleet 8.1 to
 /// 8.3). Its nodes are those of the paths, one vehicle after the other. With a separator prior they
@@ -110,6 +113,7 @@ class JointGraph {
   void add_steps(std::size_t path);
   void add_start_of_inertial(graph::Seq seq);
   void add_tilt(std::size_t path);
+  void level();
   [[nodiscard]] std::vector<bool> inertial_nodes(std::size_t path) const;
   [[nodiscard]] graph::RangeEnd end_of(std::size_t path, const RangeEnd& end) const;
   [[nodiscard]] geometry::Vec3 velocity_map(std::size_t path, const RangeEnd& end) const;
@@ -130,6 +134,7 @@ class JointGraph {
   std::vector<std::size_t> first_;  ///< its number in the graph; the last one is the end
   std::vector<AntennaPair> pairs_;
   std::vector<Range> ranges_;  ///< by time
+  std::vector<graph::GravityFactor> gravity_;
   std::size_t stretches_ = 0;
   std::uint64_t next_range_ = 0;
   std::vector<geometry::Mat6> covariances_;         ///< of all nodes, once computed

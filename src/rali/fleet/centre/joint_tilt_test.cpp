@@ -7,6 +7,7 @@
 
 #include "rali/fleet/centre/inertial_for_test.hpp"
 #include "rali/fleet/centre/joint_graph.hpp"
+#include "rali/fleet/centre/path_frames.hpp"
 
 namespace rali::fleet {
 namespace {
@@ -56,6 +57,48 @@ TEST(JointTilt, pitch_sigma_stays_above_0_3_deg_however_long_the_path) {
 
 TEST(JointTilt, sigma_of_pitch_is_5_deg_without_inertial_data) {
   EXPECT_NEAR(pitch_sigma_deg(30, false), 5.0, 0.1);
+}
+
+/// Both odoms are truly level and the same frame. The first vehicle takes gravity for tilted by
+/// `error_deg`; each states `sigma_deg` of its own. @return tilt of the map
+double map_tilt_deg(double error_deg, double first_sigma_deg, double second_sigma_deg) {
+  constexpr std::uint32_t kNodes = 400;
+  std::vector<VehiclePath> paths;
+  for (std::uint16_t v = 0; v < 2; ++v) {
+    const VehiclePath straight = path(v, kNodes);
+    VehiclePath p(VehicleId{v});
+    for (const VehiclePath::Node& node : straight.nodes()) {
+      Increment step = node.step;
+      step.level_sigma_rad = kDegree * (v == 0 ? first_sigma_deg : second_sigma_deg);
+      if (v == 0) {
+        step.g_odom_mps2 =
+            geometry::rotation_from_rpy(0.0, kDegree * error_deg, 0.0) * Vec3(0.0, 0.0, -9.81);
+      }
+      p.add(node.t, step);
+    }
+    paths.push_back(std::move(p));
+  }
+  JointGraph joint(paths, {T_map_odom_alone(paths[0]), SE3{}}, {}, {});
+  for (const std::uint32_t k : {0U, 200U, 399U}) {
+    Loop loop;
+    loop.from = {VehicleId{0}, k};
+    loop.to = {VehicleId{1}, k};
+    loop.information = 1e10 * geometry::Mat6::Identity();
+    joint.add_loop(k, loop);
+  }
+  joint.add(JointRanges{}, {});
+  joint.solve();
+  const Vec3 up_map = joint.T_map_body(0, 0).R * Vec3::UnitZ();
+  return std::acos(std::min(1.0, up_map.z())) / kDegree;
+}
+
+// A vehicle that stands cannot tell gravity from the bias of its accelerometer; one that drives
+// can. With the first vehicle's gravity alone the map stayed as tilted as that was wrong.
+TEST(JointTilt, all_paths_determine_up_each_by_its_uncertainty) {
+  // Weights 1 / (sigma^2 + 0.3^2).
+  EXPECT_NEAR(map_tilt_deg(1.2, 0.9, 0.1), 1.2 * 1.111 / (1.111 + 10.0), 0.01);
+  EXPECT_NEAR(map_tilt_deg(1.2, 0.1, 0.9), 1.2 * 10.0 / (1.111 + 10.0), 0.01);
+  EXPECT_NEAR(map_tilt_deg(1.2, 0.0, 0.0), 0.6, 0.01);  // facts of earlier programs
 }
 
 /// At standstill and level for 20 s, degenerate: its accelerometer reads 9.81 m/s2 upward.

@@ -41,6 +41,7 @@ struct Increment {
   geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();
   geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();
   geometry::Vec3 g_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);
+  double level_sigma_rad = 0.0;  ///< of the direction of g_odom_mps2; 0: not known
   geometry::Mat6 covariance = geometry::Mat6::Zero();         ///< of geometry::boxplus
   geometry::Mat6 lidar_information = geometry::Mat6::Zero();  ///< boxplus order, zero where
                                                               ///< degenerate

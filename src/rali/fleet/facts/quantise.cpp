@@ -85,15 +85,18 @@ Fault round(graph::InertialFactor& f) {
 }
 
 Fault round(Increment& step) {
+  constexpr double kLevelMax_rad = 4.0;  // more than half a turn is no direction
   const bool ok = sane(step.T_odom_body) && sane(step.v_odom_mps) && sane(step.gyro_bias_radps) &&
                   sane(step.accel_bias_mps2) && sane(step.g_odom_mps2) && sane(step.covariance) &&
-                  sane(step.lidar_information);
+                  sane(step.lidar_information) && step.level_sigma_rad >= 0.0 &&
+                  step.level_sigma_rad <= kLevelMax_rad;
   if (!ok) return kNoNumber;
   step.T_odom_body.R = rounded(step.T_odom_body.R);
   for (Vec3* v :
        {&step.v_odom_mps, &step.gyro_bias_radps, &step.accel_bias_mps2, &step.g_odom_mps2}) {
     *v = as_float(*v);
   }
+  step.level_sigma_rad = rounded_float(step.level_sigma_rad);
   step.covariance = covariance_of<6>(covariance_code<6>(step.covariance));
   step.lidar_information = rounded_information(step.lidar_information);
   if (!step.inertial) return std::nullopt;

@@ -94,18 +94,16 @@ void VehiclePath::forget_points_before(std::size_t node) {
   });
 }
 
-Vec3 VehiclePath::up_odom() const {
-  for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
-    const double g = node->step.g_odom_mps2.norm();
-    if (node->step.levelled && g > 0.0) return -node->step.g_odom_mps2 / g;
-  }
-  return up_unlevelled_;
+const Increment* VehiclePath::newest_levelled() const {
+  const auto node = std::find_if(nodes_.rbegin(), nodes_.rend(), [](const Node& n) {
+    return n.step.levelled && n.step.g_odom_mps2.norm() > 0.0;
+  });
+  return node != nodes_.rend() ? &node->step : nullptr;
 }
 
-bool VehiclePath::levelled() const {
-  return std::any_of(nodes_.begin(), nodes_.end(), [](const Node& node) {
-    return node.step.levelled && node.step.g_odom_mps2.norm() > 0.0;
-  });
+Vec3 VehiclePath::up_odom() const {
+  const Increment* step = newest_levelled();
+  return step != nullptr ? Vec3(-step->g_odom_mps2.normalized()) : up_unlevelled_;
 }
 
 double VehiclePath::degenerate_m() const {

@@ -63,11 +63,14 @@ class VehiclePath {
   /// Frees the points of keyframes before this node.
   void forget_points_before(std::size_t node);
 
+  /// The newest node with gravity from inertial data; null: there is none.
+  [[nodiscard]] const Increment* newest_levelled() const;
+
   /// Unit vector against gravity in odom, by the newest levelled node.
   [[nodiscard]] geometry::Vec3 up_odom() const;
 
   /// Whether gravity has been estimated from inertial data.
-  [[nodiscard]] bool levelled() const;
+  [[nodiscard]] bool levelled() const { return newest_levelled() != nullptr; }
 
   /// Up direction used until inertial data determine it; z of odom unless set. @param up unit
   void set_up_odom(const geometry::Vec3& up) { up_unlevelled_ = up; }

@@ -68,6 +68,8 @@ void layout_increment(Body& body, Step& step) {
       }
     });
   });
+  body.optional_section(4, step.level_sigma_rad > 0.0,
+                        [&](auto& a) { a.as_float(step.level_sigma_rad); });
 }
 
 template <class Archive, class Id>
