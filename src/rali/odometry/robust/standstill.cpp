@@ -71,27 +71,35 @@ bool StandstillDetector::calm(const FilterState& state, const InertialBuffer& im
   return state.v.norm() < kDrives_mps && wheels_stand(imu::statistics(imu.between(begin, state.t)));
 }
 
-/// Even the smoothest driving shakes the sensor well beyond its spread at standstill.
+/// Whether driving shakes the sensor well beyond its spread at standstill. Turns and changes of
+/// speed do not count: on a smooth floor they are all that the sensor feels, and at constant speed
+/// it feels nothing.
 bool StandstillDetector::driving_shakes() const {
   constexpr double kFactor = 1.8;
-  return at_rest_ && (driving_accel_mps2_ > kFactor * at_rest_->accel_sd_mps2.norm() ||
-                      driving_gyro_radps_ > kFactor * at_rest_->gyro_sd_radps.norm());
+  constexpr int kWindowsMin = 20;  // a start alone shakes differently
+  return at_rest_ && driving_windows_ >= kWindowsMin &&
+         (driving_accel_mps2_ > kFactor * at_rest_->accel_sd_mps2.norm() ||
+          driving_gyro_radps_ > kFactor * at_rest_->gyro_sd_radps.norm());
 }
 
-void StandstillDetector::learn_driving(const FilterState& state, const imu::ImuStatistics& raw) {
+void StandstillDetector::learn_driving(const FilterState& state,
+                                       const std::vector<ImuSample>& window) {
   const double sigma2 = state.P.block<3, 3>(kVel, kVel).diagonal().maxCoeff();
   const bool drives =
       state.v.norm() > kDrives_mps && sigma2 < kSpeedSigmaMax_mps * kSpeedSigmaMax_mps;
-  if (!drives || raw.samples < 20) return;
+  if (!drives || window.size() < 20) return;
   // A low quantile, followed slowly: a pose that drifts at standstill looks like smooth driving and
   // must not be learnt as such.
   constexpr double kQuantile = 0.2;
   constexpr double kStep = 0.01;
-  const auto track = [](double& low, double now) {
-    low = low > 0.0 ? low * std::exp(kStep * (kQuantile - (now < low ? 1.0 : 0.0))) : now;
+  ++driving_windows_;
+  const double step = std::max(kStep, 1.0 / driving_windows_);
+  const auto track = [step](double& low, double now) {
+    low = low > 0.0 ? low * std::exp(step * (kQuantile - (now < low ? 1.0 : 0.0))) : now;
   };
-  track(driving_accel_mps2_, raw.accel_sd_mps2.norm());
-  track(driving_gyro_radps_, raw.gyro_sd_radps.norm());
+  const Shaking now = shaking(window);
+  track(driving_accel_mps2_, now.accel_mps2);
+  track(driving_gyro_radps_, now.gyro_radps);
 }
 
 void StandstillDetector::learn_standing(Time t, bool stands, const imu::ImuStatistics& raw) {
@@ -179,7 +187,7 @@ bool StandstillDetector::update(const FilterState& state, const InertialBuffer& 
   const std::vector<ImuSample> window = imu.between(begin, state.t);
   const imu::ImuStatistics raw = imu::statistics(window);
   const imu::ImuStatistics blocks = imu::statistics(block_means(window));
-  learn_driving(state, raw);
+  learn_driving(state, window);
   const bool wheels = at_rest_ ? wheels_stand(raw)
                                : degenerate_axis && still_for_long(state, imu, *degenerate_axis);
   const bool still = quiet(blocks, by_chance) &&

@@ -83,15 +83,16 @@ class StandstillDetector {
                            double gyro_radps_rthz, double chance) const;
   [[nodiscard]] bool pushed(const FilterState& state, const imu::ImuStatistics& blocks,
                             const imu::ImuStatistics& raw, double chance) const;
-  void learn_driving(const FilterState& state, const imu::ImuStatistics& raw);
+  void learn_driving(const FilterState& state, const std::vector<sensor::ImuSample>& window);
   void learn_standing(Time t, bool stands, const imu::ImuStatistics& raw);
 
   ConstraintSettings constraints_;
   imu::RestSettings rest_;
   double false_starts_per_hour_ = 1.0;
   std::optional<imu::ImuStatistics> at_rest_;
-  /// Standard deviation that most windows of driving exceed, accelerometer and gyro, norms.
+  /// Shaking that most windows of driving exceed, accelerometer and gyro, norms.
   double driving_accel_mps2_ = 0.0, driving_gyro_radps_ = 0.0;
+  int driving_windows_ = 0;
   std::deque<Moment> recent_;
   std::optional<Time> stands_since_, drives_since_;
   bool certain_ = false;

@@ -1,5 +1,7 @@
 #include "rali/odometry/robust/stillness.hpp"
 
+#include <cmath>
+
 #include <Eigen/Cholesky>
 
 namespace rali::odometry {
@@ -8,8 +10,14 @@ using geometry::Mat3;
 using geometry::Vec3;
 using sensor::ImuSample;
 
+namespace {
+
+constexpr std::int64_t kBlock_ns = 100'000'000;
+constexpr double kSigmas = 3.0;  // beyond: it moves
+
+}  // namespace
+
 std::vector<ImuSample> block_means(const std::vector<ImuSample>& samples) {
-  constexpr std::int64_t kBlock_ns = 100'000'000;
   std::vector<ImuSample> out;
   std::size_t k = 0;
   std::size_t n_before = 0;
@@ -34,9 +42,40 @@ std::vector<ImuSample> block_means(const std::vector<ImuSample>& samples) {
 
 namespace {
 
-constexpr double kSigmas = 3.0;  // beyond: it moves
+using Row6 = Eigen::Matrix<double, 6, 1>;
+
+/// Squares about the straight line that fits a block best, gyro first.
+Row6 squares_about_line(std::span<const ImuSample> block) {
+  const double n = static_cast<double>(block.size());
+  const auto row = [](const ImuSample& s) {
+    return Row6((Row6() << s.gyro_radps, s.accel_mps2).finished());
+  };
+  const auto place = [n](std::size_t k) { return static_cast<double>(k) - 0.5 * (n - 1.0); };
+  Row6 mean = Row6::Zero(), slope = Row6::Zero(), squares = Row6::Zero();
+  for (const ImuSample& s : block) mean += row(s) / n;
+  for (std::size_t k = 0; k < block.size(); ++k) slope += place(k) * row(block[k]);
+  slope /= n * (n * n - 1.0) / 12.0;
+  for (std::size_t k = 0; k < block.size(); ++k) {
+    squares += (row(block[k]) - mean - place(k) * slope).cwiseAbs2();
+  }
+  return squares;
+}
 
 }  // namespace
+
+Shaking shaking(std::span<const ImuSample> samples) {
+  Row6 squares = Row6::Zero();
+  double freedom = 0.0;
+  for (std::size_t begin = 0, end = 0; begin < samples.size(); begin = end) {
+    while (end < samples.size() && samples[end].t.ns - samples[begin].t.ns < kBlock_ns) ++end;
+    if (end - begin < 3) continue;
+    squares += squares_about_line(samples.subspan(begin, end - begin));
+    freedom += static_cast<double>(end - begin) - 2.0;
+  }
+  if (freedom <= 0.0) return {};
+  return {std::sqrt(squares.tail<3>().sum() / freedom),
+          std::sqrt(squares.head<3>().sum() / freedom)};
+}
 
 bool is_quiet(const imu::ImuStatistics& blocks, const imu::RestSettings& settings) {
   // Axis by axis, because maxCoeff() ignores NaN.

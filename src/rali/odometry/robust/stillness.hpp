@@ -13,6 +13,15 @@ namespace rali::odometry {
 [[nodiscard]] std::vector<sensor::ImuSample> block_means(
     const std::vector<sensor::ImuSample>& samples);
 
+/// Standard deviations, norms of the three axes.
+struct Shaking {
+  double accel_mps2 = 0.0, gyro_radps = 0.0;
+};
+
+/// Spread of samples about straight lines through their blocks of 0.1 s: noise and shaking, but
+/// neither turns nor changes of speed.
+[[nodiscard]] Shaking shaking(std::span<const sensor::ImuSample> samples);
+
 /// No shaking and no start: the spread of the block means is that of a sensor at standstill. Steady
 /// motion over a smooth floor looks the same; only the LiDAR distinguishes it.
 /// @param blocks  statistics of block_means()

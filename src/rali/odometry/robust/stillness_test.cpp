@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -29,6 +30,27 @@ TEST(BlockMeans, average_samples_over_0_1_s) {
   EXPECT_EQ(block_means(samples).size(), 2U);
   samples.resize(2);
   EXPECT_EQ(block_means(samples).size(), 1U);
+}
+
+TEST(Shaking, is_the_spread_without_turns_and_changes_of_speed) {
+  Rng rng(3, "shaking");
+  std::vector<sensor::ImuSample> samples;
+  const auto fill = [&](double slow, double noise) {
+    samples.clear();
+    for (int k = 0; k < 2000; ++k) {
+      const double t_s = 0.005 * k;
+      const Vec3 white(rng.normal(), rng.normal(), rng.normal());
+      const Vec3 sway(slow * std::sin(3.0 * t_s), slow * std::cos(3.0 * t_s), 9.81);
+      samples.push_back({Time::from_s(t_s), 0.1 * (sway + noise * white), sway + noise * white});
+    }
+    return shaking(samples);
+  };
+  const Shaking still = fill(0.0, 0.02);
+  EXPECT_NEAR(still.accel_mps2, 0.02 * std::sqrt(3.0), 0.002);
+  EXPECT_NEAR(still.gyro_radps, 0.002 * std::sqrt(3.0), 0.0002);
+  EXPECT_NEAR(fill(1.0, 0.02).accel_mps2, still.accel_mps2, 0.005) << "it accelerates and turns";
+  EXPECT_NEAR(fill(1.0, 0.2).accel_mps2, 0.2 * std::sqrt(3.0), 0.02) << "it shakes";
+  EXPECT_EQ(shaking({}).accel_mps2, 0.0);
 }
 
 TEST(Quiet, is_tested_per_axis_and_false_for_nan) {
