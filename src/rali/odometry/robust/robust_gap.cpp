@@ -174,6 +174,11 @@ UpdateResult RobustOdometry::resume(const LidarScan& scan, FindingList& findings
   }
   poses_.clear();
   if (gap_s <= kInterpolated_s) {
+    // The covariance does not contain this: the next scans agree with a wrong place, too.
+    f.effect = fmt::format(
+        "it was not found again at one place alone and inertial data were interpolated: all poses "
+        "after it may be off by {:.1f} m, or by the distance of places that look alike",
+        std::sqrt(wide.P(kPos, kPos)));
     findings.push_back(f);
     state_ = before;
     return predict_and_update(scan, integrate_from(last_posterior_, imu_, scan.t_end));
