@@ -97,7 +97,8 @@ struct JointSettings {
       "nodes around a degenerate one whose speed is estimated too");
     v("lost_m", lost_m, 1e-2, 1e3, "sigma of the step to a new map after the old one was lost");
     v("lost_rad", lost_rad, 1e-3, 10.0, "the same of its turn");
-    v("tilt_deg", tilt_deg, 1e-3, 90.0, "sigma of roll and pitch, added to what the odometry states");
+    v("tilt_deg", tilt_deg, 1e-3, 90.0,
+      "sigma of roll and pitch, added to what the odometry states");
     v("tilt_unlevelled_deg", tilt_unlevelled_deg, 1e-3, 90.0, "the same without inertial data");
     v("tilt_every", tilt_every, 1, 100000, "nodes between two gravity factors");
     v("start_speed_sigma_mps", start_speed_sigma_mps, 1e-4, 100.0,
