@@ -1,6 +1,7 @@
 #include "rali/vehicle/path_recorder.hpp"
 
 #include <algorithm>
+#include <numbers>
 
 #include "rali/vehicle/inertial_factor.hpp"
 
@@ -39,7 +40,8 @@ std::optional<PathNode> PathRecorder::add(const odometry::ScanResult& result,
   step.gyro_bias_radps = result.gyro_bias_radps;
   step.accel_bias_mps2 = result.accel_bias_mps2;
   step.g_odom_mps2 = g_odom_mps2;
-  step.level_sigma_rad = level_sigma_rad;
+  // A fact with a number out of bounds would be refused, and the path would lose this node.
+  step.level_sigma_rad = level_sigma_rad < std::numbers::pi ? level_sigma_rad : std::numbers::pi;
   step.covariance = result.covariance;
   step.lidar_information = result.lidar_information;
   if (last_ && result.inertial) {

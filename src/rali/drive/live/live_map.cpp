@@ -18,8 +18,6 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
-
 /// Time of the first scheduled table, and the growth factor of the run time until the next one: all
 /// tables together cost a few times as much as the last one.
 constexpr double kFirst_s = 5.0, kGrowth = 1.3;
@@ -196,7 +194,7 @@ std::optional<LivePose> LiveMap::pose(const vehicle::PoseEstimate& pose) const {
   live.t = pose.t;
   live.T_map_body = entry->T_map_local * pose.T_local_body;
   const geometry::Mat3& R = entry->T_map_local.R;
-  const double alone_rad = std::hypot(pose.level_sigma_rad, joint_.tilt_deg * kRadPerDeg);
+  const double alone_rad = fleet::level_sigma_rad(pose.level_sigma_rad, joint_);
   const Mat6 level =
       of_level(live.T_map_body, level_sigma_rad_ > 0.0 ? level_sigma_rad_ : alone_rad);
   live.covariance = turned(R, pose.covariance) + level;

@@ -33,7 +33,9 @@ enum class DegenerateSteps {
   kFilter
 };
 
-/// Of roll and pitch of a path's odom: as its odometry states it, and what no odometry states.
+/// Of roll and pitch by gravity: as an odometry states it, and what no odometry states.
+[[nodiscard]] double level_sigma_rad(double stated_rad, const JointSettings& settings);
+/// Of a path's odom at a node, with gravity or without.
 [[nodiscard]] double level_sigma_rad(const Increment& step, const JointSettings& settings);
 
 /// All measurements of one group's paths as one graph in the frame of the first path: increments of

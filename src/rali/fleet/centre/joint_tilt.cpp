@@ -16,8 +16,12 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 }  // namespace
 
+double level_sigma_rad(double stated_rad, const JointSettings& settings) {
+  return std::hypot(stated_rad, kRadPerDeg * settings.tilt_deg);
+}
+
 double level_sigma_rad(const Increment& step, const JointSettings& settings) {
-  return step.levelled ? std::hypot(step.level_sigma_rad, kRadPerDeg * settings.tilt_deg)
+  return step.levelled ? level_sigma_rad(step.level_sigma_rad, settings)
                        : kRadPerDeg * settings.tilt_unlevelled_deg;
 }
 
