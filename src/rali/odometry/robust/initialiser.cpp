@@ -59,7 +59,7 @@ bool lidar_saw_motion(const std::vector<TrackedPose>& window, double limit_m) {
 std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
                                           const InertialBuffer& imu,
                                           const InitialisationSettings& settings,
-                                          const ImuNoiseSettings& noise) {
+                                          const ImuNoiseSettings& noise, bool same_view) {
   // The first poses of a new map settle by centimetres and are left out.
   const double window_s = settings.rest.window_s;
   if ((track.back().t - track.front().t).s() < window_s) return std::nullopt;
@@ -80,9 +80,13 @@ std::optional<InitialGuess> solve_at_rest(const std::vector<TrackedPose>& track,
   }
   const imu::ImuStatistics all = imu::statistics(quiet);
   // Along a degenerate direction the LiDAR cannot prove standstill. An inertial sensor without
-  // shaking can.
+  // shaking can, or with that of an idling engine.
   Mat3 displacement = window.back().covariance_m2 + window.front().covariance_m2;
-  if ((all.accel_sd_mps2.array() < settings.still_accel_sd_max_mps2).all()) displacement.setZero();
+  if ((all.accel_sd_mps2.array() < settings.still_accel_sd_max_mps2).all() ||
+      (same_view &&
+       is_idling(imu.between(track.back().t - Duration::from_s(kIdling_s), track.back().t)))) {
+    displacement.setZero();
+  }
   const double unseen_m = std::sqrt(displacement.diagonal().maxCoeff());
   if (unseen_m > settings.rest_travel_max_m) return std::nullopt;
   InitialGuess guess;
@@ -258,9 +262,10 @@ std::optional<InitialGuess> solve_in_motion(const std::vector<TrackedPose>& trac
 std::optional<InitialGuess> solve_initial(const std::vector<TrackedPose>& track,
                                           const InertialBuffer& imu,
                                           const InitialisationSettings& settings,
-                                          const ImuNoiseSettings& noise, double speed_usual_mps) {
+                                          const ImuNoiseSettings& noise, bool same_view,
+                                          double speed_usual_mps) {
   if (track.size() < 2 || imu.empty()) return std::nullopt;
-  if (auto guess = solve_at_rest(track, imu, settings, noise)) {
+  if (auto guess = solve_at_rest(track, imu, settings, noise, same_view)) {
     // Now at standstill, it may have been moving when the track began; the first scans give that
     // speed.
     const TrackedPose& later = track[std::min<std::size_t>(2, track.size() - 1)];

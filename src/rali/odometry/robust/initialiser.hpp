@@ -45,11 +45,12 @@ struct InitialGuess {
 
 /// Gravity, velocity and gyro bias at the end of `track` from inertial samples and LiDAR poses
 /// (algorithms 1.4): at rest from means, in motion by linear least squares over the track.
+/// @param same_view all scans show the same since the start: an idling engine may be what shakes
 /// @param speed_usual_mps sigma of the first speed where the LiDAR is degenerate
 /// @return empty while the data are too few
 [[nodiscard]] std::optional<InitialGuess> solve_initial(
     const std::vector<TrackedPose>& track, const InertialBuffer& imu,
-    const InitialisationSettings& settings, const ImuNoiseSettings& noise,
+    const InitialisationSettings& settings, const ImuNoiseSettings& noise, bool same_view = false,
     double speed_usual_mps = ConstraintSettings{}.speed_usual_mps);
 
 }  // namespace rali::odometry

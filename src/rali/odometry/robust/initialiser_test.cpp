@@ -152,6 +152,22 @@ TEST(Initialiser, does_not_assume_standstill_with_vibration_and_a_degenerate_lid
   EXPECT_TRUE(!guess || (!guess->at_rest && speed_sigma_mps(*guess) > 0.5));
 }
 
+TEST(Initialiser, recognises_an_idling_engine_after_2_s_with_a_degenerate_lidar) {
+  Motion still;
+  still.accel_noise_mps2 = 0.5;
+  still.size_m = 0.0;
+  InertialBuffer imu;
+  std::vector<TrackedPose> track;
+  still.record(2.2, imu, track);
+  for (TrackedPose& p : track) p.covariance_m2(0, 0) = 1e4;
+  const auto guess = solve_initial(track, imu, {}, {}, true);
+  ASSERT_TRUE(guess.has_value());
+  EXPECT_TRUE(guess->at_rest);
+  EXPECT_LT(speed_sigma_mps(*guess), 0.05);
+  const auto other_view = solve_initial(track, imu, {}, {}, false);
+  EXPECT_TRUE(!other_view || !other_view->at_rest);
+}
+
 TEST(Initialiser, initial_speed_sigma_scales_with_usual_vehicle_speed_when_degenerate) {
   Motion shaken;
   shaken.accel_noise_mps2 = 0.5;
@@ -161,8 +177,8 @@ TEST(Initialiser, initial_speed_sigma_scales_with_usual_vehicle_speed_when_degen
   for (TrackedPose& p : track) p.covariance_m2(0, 0) = 1e4;
   InitialisationSettings hasty;
   hasty.give_up_s = 1.0;
-  const auto cart = solve_initial(track, imu, hasty, {}, 2.0);
-  const auto drone = solve_initial(track, imu, hasty, {}, 8.0);
+  const auto cart = solve_initial(track, imu, hasty, {}, false, 2.0);
+  const auto drone = solve_initial(track, imu, hasty, {}, false, 8.0);
   ASSERT_TRUE(cart && drone);
   EXPECT_NEAR(drone->v_first_sigma_mps / cart->v_first_sigma_mps, 4.0, 0.5);
 }

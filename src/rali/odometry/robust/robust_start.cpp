@@ -8,6 +8,7 @@
 
 #include "rali/odometry/robust/internal/robust_filter.hpp"
 #include "rali/odometry/robust/range_noise.hpp"
+#include "rali/odometry/robust/range_picture.hpp"
 
 namespace rali::odometry::internal {
 
@@ -213,6 +214,7 @@ void RobustOdometry::start_again_at_rest() {
   constexpr double kUnnoticed_m = 0.01;
   state_.P.topLeftCorner<6, 6>() = 1e-10 * Mat6::Identity();
   state_.P.diagonal().segment<3>(kPos).setConstant(kUnnoticed_m * kUnnoticed_m);
+  drift_ = track_drift_;
   map_ = PlaneMap(settings_.map);
   recent_.clear();
   for (const BodyPoints& points : start_points_) {
@@ -229,9 +231,14 @@ void RobustOdometry::try_initialise(FindingList& findings) {
   const Mat3 unseen = Mat3::Identity() - lidar_known_;
   track_.push_back({state_.t, state_.T_odom_body,
                     state_.P.block<3, 3>(kPos, kPos) + kUnseen_m * kUnseen_m * unseen});
-  const auto guess = solve_initial(track_, imu_, settings_.initialisation, noise_,
+  // Whether an engine idles is known after some time only.
+  const bool long_enough = seconds_between(track_.front().t, state_.t) >= kIdling_s;
+  const bool same_view = quiet_start_ && long_enough && start_scans_.size() > 2 &&
+                         !view_has_changed(start_scans_[0], start_scans_[1], start_scans_.back());
+  const auto guess = solve_initial(track_, imu_, settings_.initialisation, noise_, same_view,
                                    settings_.constraints.speed_usual_mps);
-  if (guess && (guess->at_rest || guess->gravity_known)) {
+  const bool may_stand = quiet_start_ && !long_enough;
+  if (guess && (guess->at_rest || (guess->gravity_known && !may_stand))) {
     start_inertial(*guess);
     if (guess->at_rest && quiet_start_) {
       start_again_at_rest();
@@ -321,6 +328,7 @@ void RobustOdometry::start_anew() {
   state_.P.diagonal().segment<3>(kGyroBias).setConstant(cv.start_rate_radps * cv.start_rate_radps);
   inertial_ = false;
   track_.assign(1, {now, pose, Mat3::Zero()});
+  track_drift_ = drift_;
   start_points_.clear();
   start_scans_.clear();
   start_moved_ = false;

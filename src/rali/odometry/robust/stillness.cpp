@@ -61,9 +61,8 @@ Row6 squares_about_line(std::span<const ImuSample> block) {
   return squares;
 }
 
-}  // namespace
-
-Shaking shaking(std::span<const ImuSample> samples) {
+/// Variance of samples about straight lines through their blocks; zero if there are too few.
+Row6 variance_within(std::span<const ImuSample> samples) {
   Row6 squares = Row6::Zero();
   double freedom = 0.0;
   for (std::size_t begin = 0, end = 0; begin < samples.size(); begin = end) {
@@ -72,9 +71,14 @@ Shaking shaking(std::span<const ImuSample> samples) {
     squares += squares_about_line(samples.subspan(begin, end - begin));
     freedom += static_cast<double>(end - begin) - 2.0;
   }
-  if (freedom <= 0.0) return {};
-  return {std::sqrt(squares.tail<3>().sum() / freedom),
-          std::sqrt(squares.head<3>().sum() / freedom)};
+  return freedom > 0.0 ? Row6(squares / freedom) : Row6(Row6::Zero());
+}
+
+}  // namespace
+
+Shaking shaking(std::span<const ImuSample> samples) {
+  const Row6 variance = variance_within(samples);
+  return {std::sqrt(variance.tail<3>().sum()), std::sqrt(variance.head<3>().sum())};
 }
 
 bool is_quiet(const imu::ImuStatistics& blocks, const imu::RestSettings& settings) {
@@ -83,18 +87,17 @@ bool is_quiet(const imu::ImuStatistics& blocks, const imu::RestSettings& setting
          (blocks.accel_sd_mps2.array() < settings.accel_sd_max_mps2).all();
 }
 
-bool is_only_noise(std::span<const ImuSample> blocks) {
-  constexpr std::size_t kGroups = 10, kInGroupMin = 10;
+bool is_only_noise(std::span<const ImuSample> blocks, std::size_t in_group_min) {
+  constexpr std::size_t kGroups = 10;
   constexpr double kAxisMax = 3.0;   // F of 9 and some 140 degrees of freedom: by chance 1 in 400
   constexpr double kMeanMax = 1.55;  // of six axes: 1 in 400
-  using Row = Eigen::Matrix<double, 6, 1>;
   const std::size_t n = blocks.size() / kGroups;
-  if (n < kInGroupMin) return false;
-  Row within = Row::Zero(), sum = Row::Zero(), squares = Row::Zero();
+  if (n < in_group_min) return false;
+  Row6 within = Row6::Zero(), sum = Row6::Zero(), squares = Row6::Zero();
   for (std::size_t g = 0; g < kGroups; ++g) {
-    Row mean = Row::Zero(), square = Row::Zero();
+    Row6 mean = Row6::Zero(), square = Row6::Zero();
     for (const ImuSample& s : blocks.subspan(g * n, n)) {
-      const Row row = (Row() << s.gyro_radps, s.accel_mps2 - blocks[0].accel_mps2).finished();
+      const Row6 row = (Row6() << s.gyro_radps, s.accel_mps2 - blocks[0].accel_mps2).finished();
       mean += row / static_cast<double>(n);
       square += row.cwiseAbs2();
     }
@@ -102,11 +105,25 @@ bool is_only_noise(std::span<const ImuSample> blocks) {
     sum += mean;
     squares += mean.cwiseAbs2();
   }
-  const Row between =
+  const Row6 between =
       static_cast<double>(n) * (squares - sum.cwiseAbs2() / kGroups) / (kGroups - 1.0);
-  const Row F = between.cwiseQuotient(within / static_cast<double>(kGroups * (n - 1)));
+  const Row6 F = between.cwiseQuotient(within / static_cast<double>(kGroups * (n - 1)));
   // Axis by axis: a silent axis (0/0) or NaN proves nothing.
   return (F.array() < kAxisMax).all() && F.mean() < kMeanMax;
+}
+
+bool is_idling(const std::vector<ImuSample>& samples) {
+  // White noise has 1 (F of 19 and some 360 degrees of freedom: above 3 once in 10^4), that of a
+  // sensor with a filter up to 3, a tone less. Drives of two simulators that pass the other test
+  // have at least 5.6, most 40 to 200.
+  constexpr double kAxisMax = 3.0;
+  const std::vector<ImuSample> blocks = block_means(samples);
+  const imu::ImuStatistics means = imu::statistics(blocks);
+  const double in_block = static_cast<double>(samples.size()) / static_cast<double>(blocks.size());
+  Row6 between;
+  between << means.gyro_sd_radps, means.accel_sd_mps2;
+  const Row6 F = in_block * between.cwiseAbs2().cwiseQuotient(variance_within(samples));
+  return (F.array() < kAxisMax).all() && is_only_noise(blocks, 2);
 }
 
 bool has_travelled(const Vec3& displacement_m, const Mat3& covariance_m2, double limit_m) {

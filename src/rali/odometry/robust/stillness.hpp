@@ -32,7 +32,16 @@ struct Shaking {
 /// axes). This holds at standstill for a noisy sensor and on a running engine; a driving vehicle
 /// steers, and floors are uneven.
 /// @param blocks block_means() of 15 s: shorter ones do not reveal slow driving over a smooth floor
-[[nodiscard]] bool is_only_noise(std::span<const sensor::ImuSample> blocks);
+/// @param in_group_min blocks in a tenth of the time; fewer prove nothing
+[[nodiscard]] bool is_only_noise(std::span<const sensor::ImuSample> blocks,
+                                 std::size_t in_group_min = 10);
+
+/// An idling engine: the samples shake, but their means over 0.1 s spread as those of noise or of a
+/// tone, and do not vary slowly. Wheels move a vehicle at 0.5 to 10 Hz as well.
+/// @param samples of kIdling_s
+[[nodiscard]] bool is_idling(const std::vector<sensor::ImuSample>& samples);
+
+inline constexpr double kIdling_s = 2.0;
 
 /// The LiDAR proves motion: the displacement is longer than limit_m along an observable direction.
 /// Along a degenerate one, its poses drift by metres at standstill.

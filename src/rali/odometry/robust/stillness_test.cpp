@@ -103,6 +103,49 @@ TEST(OnlyNoise, is_not_detected_with_few_constant_or_nan_samples) {
   EXPECT_FALSE(is_only_noise(blocks));
 }
 
+/// 2 s at 200 Hz: an engine at 27 Hz, noise, and motion at `hz`.
+std::vector<sensor::ImuSample> shaken(std::uint64_t seed, double engine, double noise, double hz,
+                                      double motion) {
+  Rng rng(seed, "shaken");
+  std::vector<sensor::ImuSample> samples;
+  for (int k = 0; k < 400; ++k) {
+    const double t_s = 0.005 * k;
+    sensor::ImuSample s{Time::from_s(t_s), Vec3::Zero(), Vec3(0.0, 0.0, 9.81)};
+    for (int i = 0; i < 3; ++i) {
+      const double shake = engine * std::sin(6.28 * 27.3 * t_s + i);
+      const double move = motion * std::sin(6.28 * hz * t_s + i);
+      s.gyro_radps[i] = 0.05 * (shake + noise * rng.normal() + move);
+      s.accel_mps2[i] += shake + noise * rng.normal() + move;
+    }
+    samples.push_back(s);
+  }
+  return samples;
+}
+
+TEST(Idling, is_a_tone_or_noise_without_slower_motion) {
+  int engine = 0, noise = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    engine += is_idling(shaken(seed, 1.0, 0.03, 1.0, 0.0)) ? 1 : 0;
+    noise += is_idling(shaken(seed, 0.0, 0.5, 1.0, 0.0)) ? 1 : 0;
+    EXPECT_FALSE(is_idling(shaken(seed, 1.0, 0.03, 1.6, 0.5))) << "a suspension, seed " << seed;
+    EXPECT_FALSE(is_idling(shaken(seed, 0.5, 0.03, 0.3, 0.3))) << "an uneven floor, seed " << seed;
+  }
+  EXPECT_EQ(engine, 100);
+  EXPECT_GE(noise, 60);  // F of few samples
+}
+
+TEST(Idling, is_not_claimed_of_short_constant_or_nan_samples) {
+  std::vector<sensor::ImuSample> samples = shaken(1, 1.0, 0.03, 1.0, 0.0);
+  EXPECT_TRUE(is_idling(samples));
+  EXPECT_FALSE(is_idling({samples.begin(), samples.begin() + 300}));
+  EXPECT_FALSE(is_idling({}));
+  std::vector<sensor::ImuSample> silent = samples;
+  for (sensor::ImuSample& s : silent) s.gyro_radps.x() = 0.0;
+  EXPECT_FALSE(is_idling(silent));
+  samples[7].accel_mps2.y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(is_idling(samples));
+}
+
 TEST(Travel, counts_beyond_the_distance_limit_and_3_sigma_of_the_lidar) {
   Mat3 degenerate_along_x = 1e-6 * Mat3::Identity();
   degenerate_along_x(0, 0) = 0.8;

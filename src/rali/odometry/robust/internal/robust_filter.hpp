@@ -44,6 +44,7 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
         map_(settings.robust.map),
         keyframer_(settings.robust.keyframe),
         drift_(settings.robust.drift, has_imu),
+        track_drift_(drift_),
         map_tilt_(settings.robust.initialisation.accel_bias_sigma_mps2),
         standstill_(settings.robust.constraints, settings.robust.initialisation.rest),
         constraints_(settings.robust.constraints),
@@ -225,6 +226,7 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   std::unique_ptr<sensor::LidarScan> first_scan_;  ///< kept until the second scan shows its speed
   Keyframer keyframer_;
   Drift drift_;
+  Drift track_drift_;  ///< when the track began
   MapTilt map_tilt_;
   StandstillDetector standstill_;
   VehicleConstraints constraints_;
