@@ -12,7 +12,8 @@ std::unique_ptr<Odometry> make_odometry(const OdometrySettings& settings,
     return make_paper_odometry(settings, calibration, has_imu);
   }
   const sensor::Calibration seen_from_imu = imu_calibration(calibration);
-  return in_body_frame(make_robust_odometry(settings, seen_from_imu, has_imu),
+  const geometry::Vec3 forward_imu = calibration.T_body_imu.R.transpose().col(0);
+  return in_body_frame(make_robust_odometry(settings, seen_from_imu, has_imu, forward_imu),
                        calibration.T_body_imu);
 }
 

@@ -5,7 +5,7 @@ namespace rali::odometry {
 /// How well the first scans fit a first speed after a replay at it.
 struct FirstSpeedFit {
   double nis = 0.0;              ///< mean per scan
-  double sideways = 0.0;         ///< mean square of the speed across the body's x, in sigmas
+  double sideways = 0.0;         ///< mean square of the speed across the forward axis, in sigmas
   double on_walls = 0.0;         ///< fraction of a scan's points; half for a wall at 45 degrees
   double on_facing = 0.0;        ///< of these, weighted by how much they face the motion
   double speed_sigma_mps = 0.0;  ///< at the end, along the first heading

@@ -25,7 +25,8 @@ void RobustOdometry::add_fit(const LidarScan& scan, const UpdateResult& done,
     const Vec3 rate = gyro_rate(scan.t_start, scan.t_end).value_or(state_.gyro_bias_radps);
     const double sigma = kSlipSigma_mps + kSlipPerRate_m * (rate - state_.gyro_bias_radps).norm();
     const Vec3 v_body = state_.T_odom_body.R.transpose() * state_.v;
-    fit.sideways += v_body.tail<2>().squaredNorm() / (sigma * sigma);
+    const Vec3 sideways = v_body - v_body.dot(forward_body_) * forward_body_;
+    fit.sideways += sideways.squaredNorm() / (sigma * sigma);
   }
   if (done.matches == 0) return;
   const Vec3 up = -state_.g_odom_mps2.normalized();
@@ -39,9 +40,9 @@ void RobustOdometry::add_fit(const LidarScan& scan, const UpdateResult& done,
 }
 
 /// The LiDAR alone may converge to a wrong first speed: its rings on the floor move along with it,
-/// and in a young map nothing outweighs them. So the first scans are replayed at speeds along the
-/// body's x axis, as ground vehicles drive, with gravity from the mean force. A speed whose sigma
-/// does not shrink in the replay is not confirmed.
+/// and in a young map nothing outweighs them. So the first scans are replayed at speeds
+/// forward and backward, as ground vehicles drive, with gravity from the mean force. A speed whose
+/// sigma does not shrink in the replay is not confirmed.
 /// @param guess its speed is tried as well; may be null
 /// @return nothing: the scans confirm none
 std::optional<RobustOdometry::FirstSpeed> RobustOdometry::find_first_speed(
@@ -69,13 +70,14 @@ std::optional<RobustOdometry::FirstSpeed> RobustOdometry::find_first_speed(
     maximum = value;
   };
   if (guess != nullptr) consider({guess->v_odom_mps, guess->sigma_mps, g});
-  for (int k = -kSteps; k <= kSteps; ++k) consider({k * kStep_mps * R.col(0), kSigma_mps, g});
+  for (int k = -kSteps; k <= kSteps; ++k)
+    consider({k * kStep_mps * (R * forward_body_), kSigma_mps, g});
   // Finer steps: from a wrong first speed, the first innovations make speed and gravity overshoot.
   for (const double finer_mps : {0.5 * kStep_mps, 0.25 * kStep_mps}) {
     if (!best) break;
     const Vec3 middle = best->v_odom_mps;
     for (const double side : {-1.0, 1.0}) {
-      consider({middle + side * finer_mps * R.col(0), kSigma_mps, g});
+      consider({middle + side * finer_mps * (R * forward_body_), kSigma_mps, g});
     }
   }
   take(before);

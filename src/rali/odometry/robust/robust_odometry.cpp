@@ -390,11 +390,11 @@ std::uint64_t RobustOdometry::state_hash() const {
 namespace rali::odometry {
 
 std::unique_ptr<Odometry> make_robust_odometry(const OdometrySettings& settings,
-                                               const sensor::Calibration& calibration,
-                                               bool has_imu) {
+                                               const sensor::Calibration& calibration, bool has_imu,
+                                               const geometry::Vec3& forward_body) {
   OdometrySettings own = settings;
   own.robust.aware.lidar_alone = !has_imu;
-  return std::make_unique<internal::RobustOdometry>(own, calibration, has_imu);
+  return std::make_unique<internal::RobustOdometry>(own, calibration, has_imu, forward_body);
 }
 
 }  // namespace rali::odometry

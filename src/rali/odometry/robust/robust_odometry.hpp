@@ -10,8 +10,10 @@ namespace rali::odometry {
 /// Preset `robust`: tightly coupled iterated error-state filter over probabilistic voxel planes
 /// (algorithms 2.2 to 2.7). Without inertial data, and until gravity is known, at constant
 /// velocity.
-[[nodiscard]] std::unique_ptr<Odometry> make_robust_odometry(const OdometrySettings& settings,
-                                                             const sensor::Calibration& calibration,
-                                                             bool has_imu);
+/// @param forward_body unit vector along which the vehicle drives; the body frame of the filter is
+/// that of the IMU
+[[nodiscard]] std::unique_ptr<Odometry> make_robust_odometry(
+    const OdometrySettings& settings, const sensor::Calibration& calibration, bool has_imu,
+    const geometry::Vec3& forward_body = geometry::Vec3::UnitX());
 
 }  // namespace rali::odometry

@@ -69,7 +69,7 @@ FirstSpeedFit RobustOdometry::replay(std::span<const LidarScan> scans, const Fir
   scans_in_map_ = 0;
   drift_.establish_all();
   insert_at_constant_speed(scans.front(), gyro_rate(scans.front().t_start, scans.front().t_end));
-  const Vec3 ahead = begin.T_odom_body.R.col(0);
+  const Vec3 ahead = begin.T_odom_body.R * forward_body_;
   FirstSpeedFit fit;
   for (const LidarScan& scan : scans.subspan(1)) {
     poses_.clear();

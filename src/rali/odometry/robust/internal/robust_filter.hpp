@@ -34,11 +34,12 @@ namespace rali::odometry::internal {
 class RobustOdometry final : public Odometry, private AugmentedFilter {
  public:
   RobustOdometry(const OdometrySettings& settings, const sensor::Calibration& calibration,
-                 bool has_imu)
+                 bool has_imu, const geometry::Vec3& forward_body)
       : settings_(settings.robust),
         noise_(settings.imu_noise),
         calibration_(calibration),
         has_imu_(has_imu),
+        forward_body_(forward_body),
         sampler_(settings.robust.sampling),
         matcher_(settings.robust.match),
         map_(settings.robust.map),
@@ -212,7 +213,8 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   ImuNoiseSettings noise_;
   sensor::Calibration calibration_;
   bool has_imu_;
-  bool inertial_ = false;  ///< gravity is initialised, the filter uses inertial data
+  geometry::Vec3 forward_body_;  ///< along which the vehicle drives
+  bool inertial_ = false;        ///< gravity is initialised, the filter uses inertial data
   bool started_ = false;
 
   FilterState state_;
