@@ -217,6 +217,13 @@ Mat3 Drift::release(const SE3& T_odom_body, const Mat3& axes_odom) {
   return released;
 }
 
+void Drift::doubt(const SE3& T_odom_body, const Mat6& P) {
+  const Mat6 A = left_from_boxplus(T_odom_body);
+  const Mat6 added = A * P * A.transpose();
+  for (Mat6& D : D_) D += added;
+  carried_ += added;
+}
+
 void Drift::add(const SE3& T_odom_body, const Mat6& P) {
   const Mat6 A = left_from_boxplus(T_odom_body);
   start_epoch(T_odom_body, D_.back() + A * P * A.transpose());

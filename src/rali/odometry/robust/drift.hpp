@@ -118,6 +118,10 @@ class Drift {
   /// not initialised yet.
   void establish_all() { established_ = begun_odom_m_.size(); }
 
+  /// The pose was put at one of several places in the map: covariance P (boxplus) of the others
+  /// about it. From now on a pose has this error wherever it is registered.
+  void doubt(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
+
   /// A new map starts at a pose with covariance P (boxplus): a new generation.
   void add(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
 

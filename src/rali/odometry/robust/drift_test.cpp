@@ -263,6 +263,18 @@ TEST(MapFollowing, follows_squared_equals_the_kalman_gain) {
   EXPECT_LT((MapFollowing::of(P, Mat6::Zero()).follows).norm(), 1e-12);
 }
 
+TEST(Drift, a_doubted_place_keeps_its_error_also_on_old_planes) {
+  // The vehicle may be at another rib of the same old map: matching it there proves nothing.
+  Drift drift{from_nothing()};
+  const Mat6 P = local(0.0, 0.01);
+  for (int k = 0; k < 40; ++k) drift.update(at(0.1 * k), drift.epoch(), P, kFollows);
+  Mat6 doubt = Mat6::Zero();
+  doubt(3, 3) = 9.0;
+  drift.doubt(at(4.0), doubt);
+  EXPECT_NEAR(sigma_x(drift.update(at(0.0), 0.0, P, kFollows)), 3.0, 0.01);
+  EXPECT_NEAR(sigma_x(drift.update(at(4.0), drift.epoch(), P, kFollows)), 3.0, 0.01);
+}
+
 TEST(Drift, without_gravity_the_initial_tilt_sigma_is_0_5_degrees) {
   Drift drift{DriftSettings{}, false};
   const Mat6 P = drift.update(SE3{}, 0.0, Mat6::Zero(), kFollows);

@@ -95,6 +95,21 @@ void Matcher::match(const PlaneMap& map, const SE3& T_odom_body, const Mat6& P_p
   }
 }
 
+double Matcher::agreement(const PlaneMap& map, const SE3& T_odom_body) const {
+  int within = 0, on = 0;
+  for (const Point& point : points_) {
+    const Vec3 x = T_odom_body.R * point.p_body() + T_odom_body.p;
+    const int index = map.find(x);
+    if (index < 0) continue;
+    const Plane& plane = map.plane(index);
+    const Vec3 d = x - plane.q;
+    if (!plane.reaches(d)) continue;
+    ++within;
+    if (std::abs(plane.n.dot(d)) < settings_.gate_min_m) ++on;
+  }
+  return within > 0 ? static_cast<double>(on) / within : 0.0;
+}
+
 LidarSystem Matcher::accumulate(const PlaneMap& map, const SE3& T_odom_body) {
   LidarSystem system;
   groups_.clear();

@@ -73,6 +73,10 @@ class Matcher {
   void match(const PlaneMap& map, const geometry::SE3& T_odom_body, const geometry::Mat6& P_pose,
              Reach reach);
 
+  /// Of the points that lie within the extent of a plane of their cell, the fraction that lies on
+  /// it; unseen places count for nothing. 0 if there are none.
+  [[nodiscard]] double agreement(const PlaneMap& map, const geometry::SE3& T_odom_body) const;
+
   /// Sums residuals at the given pose over the matches of the last match().
   [[nodiscard]] LidarSystem accumulate(const PlaneMap& map, const geometry::SE3& T_odom_body);
 

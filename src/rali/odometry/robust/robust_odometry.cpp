@@ -49,7 +49,8 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   const bool young = scans_in_map_ < kYoungScans;
   const bool trusted = settled && (track_state_ != TrackState::kPredicted || young);
   if (trusted && map_.empty()) start_map();
-  if (trusted) insert(scan);
+  if (resumed_ && speed_is_known_again(scan.t_end)) resumed_.reset();
+  if (trusted && !resumed_) insert(scan);
   if (has_imu_ && !inertial_) {
     remember_start(scan, done);
     try_initialise(findings);
@@ -76,7 +77,8 @@ UpdateResult RobustOdometry::predict_and_update(const LidarScan& scan,
   // repeated with the estimated motion if it differs.
   constexpr int kRoundsOfAGuess = 3;
   predicted_ = state_;
-  const bool measured = inertial_ && !is_rotation_uncertain(predicted_.P.topLeftCorner<6, 6>());
+  const bool measured =
+      inertial_ && !resumed_ && !is_rotation_uncertain(predicted_.P.topLeftCorner<6, 6>());
   return update(scan, measured ? 1 : kRoundsOfAGuess);
 }
 

@@ -145,6 +145,14 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   struct Placed {
     FilterState state;
     UpdateResult done;
+    double agreement = 0.0;  ///< Matcher::agreement
+  };
+
+  /// The likeliest of the places where a scan fits after an interruption.
+  struct FoundAgain {
+    UpdateResult done;
+    int places = 0;                                     ///< that look alike
+    geometry::Mat3 spread_m2 = geometry::Mat3::Zero();  ///< of the others about it, in odom
   };
 
   /// At the start of a track, in odom.
@@ -203,9 +211,15 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   // Interruptions of all data: robust_gap.cpp.
   [[nodiscard]] bool is_interrupted(Time t_end) const;
   [[nodiscard]] FilterState anywhere_reached(Time t) const;
+  void undistort_at(const sensor::LidarScan& scan, const geometry::SE3& T_odom_body,
+                    const geometry::Vec3& v_odom_mps);
+  Placed register_from(const geometry::SE3& start, const FilterState& wide);
   std::vector<Placed> place_again(const sensor::LidarScan& scan, const FilterState& wide);
-  std::optional<UpdateResult> find_again(const sensor::LidarScan& scan, const FilterState& wide);
+  Placed at_best_speed(const sensor::LidarScan& scan, const FilterState& wide, const Placed& place);
+  std::optional<FoundAgain> find_again(const sensor::LidarScan& scan, const FilterState& wide);
   UpdateResult resume(const sensor::LidarScan& scan, FindingList& findings);
+  [[nodiscard]] bool speed_is_known_again(Time t) const;
+  void doubt_position(const geometry::Mat3& covariance_m2);
   void start_map();
   ScanResult result_of(const sensor::LidarScan& scan, const UpdateResult& update);
 
@@ -245,6 +259,7 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   AccelerationWatch acceleration_;
   geometry::SE3 T_last_predicted_;  ///< predicted motion since the last scan
   geometry::SE3 T_propagated_;      ///< the same at constant velocity, up to now
+  std::optional<Time> resumed_;     ///< found again then, the speed is not known yet
   bool new_map_ = false;            ///< started with the newest scan, the last map was lost
   std::optional<geometry::SE3> T_odom_first_;  ///< of the first result
   geometry::SE3 T_reported_;                   ///< in the last result
