@@ -142,6 +142,7 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
   map_error_ = following.follows * seen * following.follows.transpose() +
                following.keeps * before * following.keeps.transpose();
   if (level) hold_level(T_odom_body, *level);
+  bound_heading();
   establish(T_odom_body.p);
   const Mat6 registered = following.follows * P_local * following.follows.transpose();
   const Mat6 inherited = map_error_ + P_local + (settings_.growth - 1.0) * registered;
@@ -188,23 +189,40 @@ void Drift::establish(const Vec3& p_odom_m) {
   unmoved_ = unmoved_ && (p_odom_m - start).norm() < kMoved_m;
 }
 
-/// Bounds the tilt of the map against the first pose by what gravity and the first pose allow. A
-/// larger variance is reduced by a measurement whose noise yields exactly the bound. So repeated
-/// calls do not reduce it further.
-void Drift::hold_level(const SE3& T_odom_body, const Level& level) {
-  const Eigen::Matrix<double, 2, 3> turn = level.axes_odom.transpose() * T_odom_body.R;
-  const Eigen::Matrix2d allowed =
-      level.covariance + squared_rad(settings_.start_tilt_deg) * Eigen::Matrix2d::Identity();
-  const Eigen::Matrix2d tilt = turn * map_error_.topLeftCorner<3, 3>() * turn.transpose();
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix2d> ratios(tilt, allowed);
+namespace {
+
+/// Bounds the covariance of rotations about N axes. A larger variance is reduced by a measurement
+/// whose noise yields exactly the bound, so repeated calls do not reduce it further.
+/// @param axes_body N unit vectors, row by row
+template <int N>
+void bound_rotation(const Eigen::Matrix<double, N, 3>& axes_body,
+                    const Eigen::Matrix<double, N, N>& allowed, Mat6& P) {
+  using Square = Eigen::Matrix<double, N, N>;
+  const Square now = axes_body * P.topLeftCorner<3, 3>() * axes_body.transpose();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Square> ratios(now, allowed);
   if (ratios.info() != Eigen::Success) return;
-  for (int k = 0; k < 2; ++k) {
+  for (int k = 0; k < N; ++k) {
     const double ratio = ratios.eigenvalues()[k];
     if (!(ratio > 1.0)) continue;
-    const Vec6 correlated =
-        map_error_.leftCols<3>() * turn.transpose() * ratios.eigenvectors().col(k);
-    map_error_ -= correlated * correlated.transpose() * ((1.0 - 1.0 / ratio) / ratio);
+    const Vec6 correlated = P.leftCols<3>() * axes_body.transpose() * ratios.eigenvectors().col(k);
+    P -= correlated * correlated.transpose() * ((1.0 - 1.0 / ratio) / ratio);
   }
+}
+
+}  // namespace
+
+/// Bounds the tilt of the map against the first pose by what gravity and the first pose allow.
+void Drift::hold_level(const SE3& T_odom_body, const Level& level) {
+  const Eigen::Matrix2d allowed =
+      level.covariance + squared_rad(settings_.start_tilt_deg) * Eigen::Matrix2d::Identity();
+  bound_rotation<2>(level.axes_odom.transpose() * T_odom_body.R, allowed, map_error_);
+}
+
+/// A heading cannot be less known than not at all. Otherwise each generation turns the next one's
+/// position by more, and the covariance grows without limit.
+void Drift::bound_heading() {
+  constexpr double kUnknown_rad2 = std::numbers::pi * std::numbers::pi / 3.0;  // uniform
+  bound_rotation<3>(Mat3::Identity(), kUnknown_rad2 * Mat3::Identity(), map_error_);
 }
 
 Mat3 Drift::release(const SE3& T_odom_body, const Mat3& axes_odom) {

@@ -129,6 +129,7 @@ class Drift {
   [[nodiscard]] geometry::Mat6 error_at(double epoch) const;
   [[nodiscard]] static bool has_grown(const geometry::Mat6& newest, const geometry::Mat6& now);
   void hold_level(const geometry::SE3& T_odom_body, const Level& level);
+  void bound_heading();
   void start_epoch(const geometry::SE3& T_odom_body, const geometry::Mat6& error);
   void end_turned();
   [[nodiscard]] geometry::Vec6 bent(const geometry::SE3& T_odom_body, double mean_epoch,

@@ -263,6 +263,23 @@ TEST(MapFollowing, follows_squared_equals_the_kalman_gain) {
   EXPECT_LT((MapFollowing::of(P, Mat6::Zero()).follows).norm(), 1e-12);
 }
 
+TEST(Drift, stays_finite_while_the_heading_is_not_observable) {
+  // Six things in an open yard: the covariance overflowed within a minute.
+  Drift drift{from_nothing()};
+  double before = 0.0;
+  for (int k = 0; k < 2000; ++k) {
+    const SE3 T = at(0.6 * k);
+    const Mat6 P = drift.update(T, drift.epoch(), local(0.5, 1.0), kFollows);
+    ASSERT_TRUE(P.allFinite()) << k;
+    ASSERT_GE(P(4, 4), 0.0) << k;
+    if (k == 1000) before = P(4, 4);
+    if (k == 1999) {
+      EXPECT_LT(P(4, 4), 20.0 * before) << "it grows with the distance";
+    }
+    EXPECT_LT(P(2, 2), 3.3 + 0.26) << k;
+  }
+}
+
 TEST(Drift, a_doubted_place_keeps_its_error_also_on_old_planes) {
   // The vehicle may be at another rib of the same old map: matching it there proves nothing.
   Drift drift{from_nothing()};
