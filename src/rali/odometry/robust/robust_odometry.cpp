@@ -180,22 +180,6 @@ void RobustOdometry::remember_seen(const UpdateResult& done) {
   follow_bend(done);
 }
 
-/// A direction becomes degenerate at once, and observable again only after several scans in a row:
-/// one of many scans has information by chance.
-void RobustOdometry::remember_blindness(const UpdateResult& done) {
-  if (done.matches < settings_.update.matches_min) return;
-  const bool was_degenerate = degenerate_[0];
-  for (std::size_t k = 0; k < 3; ++k) {
-    seeing_scans_[k] = done.sees[k] ? seeing_scans_[k] + 1 : 0;
-    if (!done.sees[k]) degenerate_[k] = true;
-    if (seeing_scans_[k] >= settings_.aware.scans_to_better) degenerate_[k] = false;
-  }
-  // A short glimpse does not end a degenerate stretch.
-  if (was_degenerate && !degenerate_[0]) t_seen_ = state_.t;
-  const bool glimpse = t_seen_ && (state_.t - *t_seen_).s() < kGlimpse_s;
-  if (!was_degenerate && degenerate_[0] && !glimpse) t_degenerate_ = state_.t;
-}
-
 /// Without inertial data only the scans measure the rotation of the vehicle.
 void RobustOdometry::follow_bend(const UpdateResult& done) {
   const auto axis = degenerate_axis();

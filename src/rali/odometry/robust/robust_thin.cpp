@@ -11,6 +11,22 @@ std::array<bool, 3> RobustOdometry::closed() const {
   return {degenerate_[0] || thin_, degenerate_[1], degenerate_[2]};
 }
 
+/// A direction becomes degenerate at once, and observable again only after several scans in a row:
+/// one of many scans has information by chance.
+void RobustOdometry::remember_blindness(const UpdateResult& done) {
+  if (done.matches < settings_.update.matches_min) return;
+  const bool was_degenerate = degenerate_[0];
+  for (std::size_t k = 0; k < 3; ++k) {
+    seeing_scans_[k] = done.sees[k] ? seeing_scans_[k] + 1 : 0;
+    if (!done.sees[k]) degenerate_[k] = true;
+    if (seeing_scans_[k] >= settings_.aware.scans_to_better) degenerate_[k] = false;
+  }
+  // A short glimpse does not end a degenerate stretch.
+  if (was_degenerate && !degenerate_[0]) t_seen_ = state_.t;
+  const bool glimpse = t_seen_ && (state_.t - *t_seen_).s() < kGlimpse_s;
+  if (!was_degenerate && degenerate_[0] && !glimpse) t_degenerate_ = state_.t;
+}
+
 namespace {
 
 /// Whether the LiDAR moves the pose along the axis beyond the predicted covariance: either the

@@ -30,7 +30,7 @@ namespace rali::odometry::internal {
 
 /// The filter behind make_robust_odometry(). The steps of a scan (predict, update, judge, insert)
 /// are in robust_odometry.cpp, constrain in robust_motion.cpp; start, initialisation and restart in
-/// robust_start.cpp.
+/// robust_start.cpp; degenerate and refused directions in robust_thin.cpp.
 class RobustOdometry final : public Odometry, private AugmentedFilter {
  public:
   RobustOdometry(const OdometrySettings& settings, const sensor::Calibration& calibration,
