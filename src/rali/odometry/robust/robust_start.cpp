@@ -337,6 +337,7 @@ void RobustOdometry::start_anew() {
   scans_in_map_ = 0;
   acceleration_.reset();
   new_map_ = true;
+  resumed_.reset();
   t_last_good_ = now;
 }
 
