@@ -1,7 +1,7 @@
 #include "rali/odometry/robust/range_picture.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <gtest/gtest.h>
 
