@@ -142,7 +142,7 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
   map_error_ = following.follows * seen * following.follows.transpose() +
                following.keeps * before * following.keeps.transpose();
   if (level) hold_level(T_odom_body, *level);
-  bound_heading();
+  bound_to_unknown();
   establish(T_odom_body.p);
   const Mat6 registered = following.follows * P_local * following.follows.transpose();
   const Mat6 inherited = map_error_ + P_local + (settings_.growth - 1.0) * registered;
@@ -218,10 +218,11 @@ void Drift::hold_level(const SE3& T_odom_body, const Level& level) {
   bound_rotation<2>(level.axes_odom.transpose() * T_odom_body.R, allowed, map_error_);
 }
 
-/// A heading cannot be less known than not at all. Otherwise each generation turns the next one's
+/// A rotation cannot be less known than not at all. Otherwise each generation turns the next one's
 /// position by more, and the covariance grows without limit.
-void Drift::bound_heading() {
+void Drift::bound_to_unknown() {
   constexpr double kUnknown_rad2 = std::numbers::pi * std::numbers::pi / 3.0;  // uniform
+  if (map_error_.topLeftCorner<3, 3>().trace() < kUnknown_rad2) return;
   bound_rotation<3>(Mat3::Identity(), kUnknown_rad2 * Mat3::Identity(), map_error_);
 }
 
@@ -235,7 +236,7 @@ Mat3 Drift::release(const SE3& T_odom_body, const Mat3& axes_odom) {
   return released;
 }
 
-void Drift::doubt(const SE3& T_odom_body, const Mat6& P) {
+void Drift::add_everywhere(const SE3& T_odom_body, const Mat6& P) {
   const Mat6 A = left_from_boxplus(T_odom_body);
   const Mat6 added = A * P * A.transpose();
   for (Mat6& D : D_) D += added;

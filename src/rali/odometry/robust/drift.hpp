@@ -120,7 +120,7 @@ class Drift {
 
   /// The pose was put at one of several places in the map: covariance P (boxplus) of the others
   /// about it. From now on a pose has this error wherever it is registered.
-  void doubt(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
+  void add_everywhere(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
 
   /// A new map starts at a pose with covariance P (boxplus): a new generation.
   void add(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
@@ -129,7 +129,7 @@ class Drift {
   [[nodiscard]] geometry::Mat6 error_at(double epoch) const;
   [[nodiscard]] static bool has_grown(const geometry::Mat6& newest, const geometry::Mat6& now);
   void hold_level(const geometry::SE3& T_odom_body, const Level& level);
-  void bound_heading();
+  void bound_to_unknown();
   void start_epoch(const geometry::SE3& T_odom_body, const geometry::Mat6& error);
   void end_turned();
   [[nodiscard]] geometry::Vec6 bent(const geometry::SE3& T_odom_body, double mean_epoch,

@@ -280,14 +280,14 @@ TEST(Drift, stays_finite_while_the_heading_is_not_observable) {
   }
 }
 
-TEST(Drift, a_doubted_place_keeps_its_error_also_on_old_planes) {
+TEST(Drift, an_ambiguous_place_keeps_its_error_also_on_old_planes) {
   // The vehicle may be at another rib of the same old map: matching it there proves nothing.
   Drift drift{from_nothing()};
   const Mat6 P = local(0.0, 0.01);
   for (int k = 0; k < 40; ++k) drift.update(at(0.1 * k), drift.epoch(), P, kFollows);
-  Mat6 doubt = Mat6::Zero();
-  doubt(3, 3) = 9.0;
-  drift.doubt(at(4.0), doubt);
+  Mat6 spread = Mat6::Zero();
+  spread(3, 3) = 9.0;
+  drift.add_everywhere(at(4.0), spread);
   EXPECT_NEAR(sigma_x(drift.update(at(0.0), 0.0, P, kFollows)), 3.0, 0.01);
   EXPECT_NEAR(sigma_x(drift.update(at(4.0), drift.epoch(), P, kFollows)), 3.0, 0.01);
 }

@@ -233,17 +233,16 @@ bool RobustOdometry::speed_is_known_again(Time t) const {
   return (P_v.diagonal().array() < kKnown_mps * kKnown_mps).all();
 }
 
-void RobustOdometry::doubt_position(const Mat3& covariance_m2) {
-  Mat6 doubt = Mat6::Zero();
-  doubt.bottomRightCorner<3, 3>() = covariance_m2;
-  drift_.doubt(state_.T_odom_body, doubt);
+void RobustOdometry::widen_position(const Mat3& covariance_m2) {
+  Mat6 P = Mat6::Zero();
+  P.bottomRightCorner<3, 3>() = covariance_m2;
+  drift_.add_everywhere(state_.T_odom_body, P);
 }
 
 /// The first scan after an interruption: looked for in the map. Where it is not found, inertial
 /// data are interpolated over a short interruption; after a long one a new map starts at the last
 /// pose, with a covariance for wherever the vehicle can have driven.
 UpdateResult RobustOdometry::resume(const LidarScan& scan, FindingList& findings) {
-  const FilterState before = state_;
   const FilterState wide = anywhere_reached(scan.t_end);
   const double gap_s = seconds_between(last_posterior_.t, scan.t_end);
   motion_noise_.interrupt();
@@ -269,7 +268,7 @@ UpdateResult RobustOdometry::resume(const LidarScan& scan, FindingList& findings
                             found->places, moved_m);
       f.effect = fmt::format("all poses after it may be off by {:.1f} m (1 sigma)",
                              std::sqrt(found->spread_m2.trace()));
-      doubt_position(found->spread_m2);
+      widen_position(found->spread_m2);
     }
     findings.push_back(f);
     poses_at_constant_speed(scan, gyro_rate(scan.t_start, scan.t_end));
@@ -282,8 +281,7 @@ UpdateResult RobustOdometry::resume(const LidarScan& scan, FindingList& findings
         "after it may be off by {:.1f} m, or by the distance of places that look alike",
         std::sqrt(wide.P(kPos, kPos)));
     findings.push_back(f);
-    state_ = before;
-    doubt_position(wide.P.block<3, 3>(kPos, kPos));
+    widen_position(wide.P.block<3, 3>(kPos, kPos));
     return predict_and_update(scan, integrate_from(last_posterior_, imu_, scan.t_end));
   }
   f.severity = Severity::kError;

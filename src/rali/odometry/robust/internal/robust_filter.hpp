@@ -219,7 +219,7 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   std::optional<FoundAgain> find_again(const sensor::LidarScan& scan, const FilterState& wide);
   UpdateResult resume(const sensor::LidarScan& scan, FindingList& findings);
   [[nodiscard]] bool speed_is_known_again(Time t) const;
-  void doubt_position(const geometry::Mat3& covariance_m2);
+  void widen_position(const geometry::Mat3& covariance_m2);
   void start_map();
   ScanResult result_of(const sensor::LidarScan& scan, const UpdateResult& update);
 
