@@ -29,6 +29,8 @@ constexpr double kFractionMin = 0.04;
 constexpr double kClusterCos = 0.966;   // 15 deg
 constexpr double kOtherWallCos = 0.87;  // 30 deg
 constexpr double kObliqueFraction = 0.15;
+constexpr double kBentCosMin = 0.34;  // 70 deg
+constexpr double kBentCosMax = 0.94;  // 20 deg
 
 struct Point {
   std::int64_t key;
@@ -147,6 +149,37 @@ std::string what_fits(std::span<const PlaneDirection> planes, const Mat3& R_body
   return "Neither the inverse nor other axes fit; is the accelerometer's sign right?";
 }
 
+/// A pipe or a vault along a horizontal axis: all oblique planes run along it, and not all planes
+/// along it are parallel or at right angles to each other. Level rings may not see its bottom, and
+/// a rotation about its axis changes nothing that they see.
+bool round_section_seen(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
+                        const Vec3& up_body) {
+  const double sine_of_tilt = std::sin(kTiltMaxDeg / kRadToDeg);
+  const double cosine_of_tilt = std::cos(kTiltMaxDeg / kRadToDeg);
+  std::optional<Vec3> axis_body;
+  double elsewhere = 0.0;
+  std::vector<Vec3> section;
+  for (const PlaneDirection& plane : planes) {
+    const Vec3 n_body = R_body_lidar * plane.n_lidar;
+    const double cosine = std::abs(n_body.dot(up_body));
+    const bool oblique = cosine > sine_of_tilt && cosine < cosine_of_tilt;
+    if (oblique && !axis_body) axis_body = n_body.cross(up_body).normalized();
+    const bool along = axis_body && std::abs(n_body.dot(*axis_body)) < sine_of_tilt;
+    if (oblique && !along) elsewhere += plane.fraction;
+  }
+  if (!axis_body || elsewhere > kObliqueFraction) return false;
+  for (const PlaneDirection& plane : planes) {
+    const Vec3 n_body = R_body_lidar * plane.n_lidar;
+    if (std::abs(n_body.dot(*axis_body)) < sine_of_tilt) section.push_back(n_body);
+  }
+  return std::any_of(section.begin(), section.end(), [&](const Vec3& one) {
+    return std::any_of(section.begin(), section.end(), [&](const Vec3& other) {
+      const double cosine = std::abs(one.dot(other));
+      return cosine > kBentCosMin && cosine < kBentCosMax;
+    });
+  });
+}
+
 /// Walls in at least two directions and no oblique planes: what sparse rings see of a narrow
 /// corridor whose floor is too near below them. One direction alone may be a ground under swapped
 /// axes.
@@ -212,7 +245,10 @@ Result<FindingList> check_extrinsics(std::span<const PlaneDirection> planes,
   const std::optional<double> tilt = ground_tilt_rad(planes, R_body_lidar, up_body);
   if (!tilt || options.extrinsics == ExtrinsicsCheck::kOff) return findings;
   const double tilt_deg = *tilt * kRadToDeg;
-  if (tilt_deg <= kTiltMaxDeg || only_walls_seen(planes, R_body_lidar, up_body)) return findings;
+  if (tilt_deg <= kTiltMaxDeg || only_walls_seen(planes, R_body_lidar, up_body) ||
+      round_section_seen(planes, R_body_lidar, up_body)) {
+    return findings;
+  }
   const std::string text = fmt::format(
       "T_body_lidar does not fit the data: the ground seen by the LiDAR is {:.1f} deg off level",
       tilt_deg);

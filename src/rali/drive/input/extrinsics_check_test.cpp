@@ -1,5 +1,6 @@
 #include "rali/drive/input/extrinsics_check.hpp"
 
+#include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -72,6 +73,33 @@ TEST(Extrinsics, are_accepted_in_a_corridor_without_visible_floor) {
   EXPECT_FALSE(check_extrinsics(oblique, Mat3::Identity(), Vec3::UnitZ(), {}));
   const std::vector<PlaneDirection> one = {{Vec3::UnitY(), 0.9}};
   EXPECT_FALSE(check_extrinsics(one, Mat3::Identity(), Vec3::UnitZ(), {}));
+}
+
+TEST(Extrinsics, are_accepted_in_a_pipe_without_visible_floor) {
+  // Sixteen level rings in a pipe of 1.6 m: its sides, and what is beside the floor and the top.
+  const std::vector<PlaneDirection> pipe = {{Vec3(0.0, 1.0, -0.03), 0.23},
+                                            {Vec3(0.01, -1.0, -0.01), 0.18},
+                                            {Vec3(-0.06, -0.65, 0.76), 0.2},
+                                            {Vec3(-0.04, 0.69, 0.72), 0.19},
+                                            {Vec3(0.0, 0.53, -0.85), 0.2}};
+  EXPECT_TRUE(check_extrinsics(pipe, Mat3::Identity(), Vec3::UnitZ(), {}));
+  // A LiDAR that looks down in a pipe of 5 m: its lower sides, and the wall at its end.
+  const std::vector<PlaneDirection> wide = {{Vec3::UnitX(), 0.24},
+                                            {Vec3(0.01, 0.34, 0.94), 0.16},
+                                            {Vec3(0.0, -0.35, 0.94), 0.16},
+                                            {Vec3(0.01, 0.81, 0.58), 0.13},
+                                            {Vec3(0.01, -0.82, 0.58), 0.13}};
+  EXPECT_TRUE(check_extrinsics(wide, Mat3::Identity(), Vec3::UnitZ(), {}));
+  // The section of a corridor has right angles; pitched, the floor does not run along the walls.
+  const double h = std::sqrt(0.5);
+  const std::vector<PlaneDirection> rolled = {{Vec3(0.0, h, h), 0.3},
+                                              {Vec3(0.0, -h, h), 0.3},
+                                              {Vec3(0.0, h, -h), 0.2},
+                                              {Vec3(0.0, -h, -h), 0.2}};
+  EXPECT_FALSE(check_extrinsics(rolled, Mat3::Identity(), Vec3::UnitZ(), {}));
+  const std::vector<PlaneDirection> pitched = {
+      {Vec3::UnitY(), 0.3}, {-Vec3::UnitY(), 0.3}, {Vec3(h, 0.0, h), 0.4}};
+  EXPECT_FALSE(check_extrinsics(pitched, Mat3::Identity(), Vec3::UnitZ(), {}));
 }
 
 TEST(Extrinsics, continue_with_a_finding_in_warn_mode) {
