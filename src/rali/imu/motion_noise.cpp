@@ -86,10 +86,10 @@ void MotionNoise::compare(double lag_s, Spread& accel, Spread& gyro) {
   };
   Mat3 dR = Mat3::Identity();
   for (std::size_t k = *b + 1; k <= c; ++k) dR = dR * steps_[k].dR;
-  if (steps_[*b].rotation_known && steps_[c].rotation_known) {
-    const Mat3 seen = steps_[*b].R_odom_body.transpose() * steps_[c].R_odom_body;
-    gyro.add(geometry::so3_log(dR.transpose() * seen), Mat3::Identity(), dt_s, settings_.memory_s);
-  }
+  const Mat3 turned = steps_[*b].R_odom_body.transpose() * steps_[c].R_odom_body;
+  const Mat3 rotation_known = steps_[c].rotation_known * steps_[*b].rotation_known;
+  gyro.add(geometry::so3_log(dR.transpose() * turned),
+           0.5 * (rotation_known + rotation_known.transpose()), dt_s, settings_.memory_s);
   const auto a = step_before(*b, lag_s);
   if (!a) return;
   const double before_s = seconds_between(steps_[*a].t, steps_[*b].t);

@@ -59,7 +59,8 @@ struct MotionStep {
   geometry::Vec3 p_odom_m = geometry::Vec3::Zero();         ///< from the LiDAR
   /// Projector on the directions in which the position is observable by the LiDAR alone.
   geometry::Mat3 known = geometry::Mat3::Zero();
-  bool rotation_known = false;
+  /// The same for rotations, about axes of the body: in a round pipe, roll is not.
+  geometry::Mat3 rotation_known = geometry::Mat3::Zero();
   /// Integral of force and gravity since the last step, and the displacement from it alone, in
   /// odom.
   geometry::Vec3 dv_mps = geometry::Vec3::Zero();

@@ -27,6 +27,8 @@ struct Drive {
   Vec3 bias_mps2 = Vec3::Zero();
   double period_s = 0.1;
   Mat3 known = Mat3::Identity();
+  Mat3 rotation_known = Mat3::Identity();
+  double roll_rad = 0.0;  ///< noise of the LiDAR's roll
 
   MotionNoise run(const NoiseDensity& claimed, double span_s) const {
     MotionNoise meter(claimed, {});
@@ -49,10 +51,12 @@ struct Drive {
         turn += kSample_s * gyro_radps_rthz / std::sqrt(kSample_s) * normal3(rng);
       }
       step.dR = geometry::so3_exp(turn);
-      step.R_odom_body = geometry::so3_exp(lidar_rad * normal3(rng));
+      Vec3 noise_rad = lidar_rad * normal3(rng);
+      if (roll_rad > 0.0) noise_rad.x() += roll_rad * rng.normal();
+      step.R_odom_body = geometry::so3_exp(noise_rad);
       step.p_odom_m = p + lidar_m * normal3(rng);
       step.known = known;
-      step.rotation_known = true;
+      step.rotation_known = rotation_known;
       meter.add(step);
     }
     return meter;
@@ -130,6 +134,16 @@ TEST(MotionNoise, keeps_the_prior_where_the_lidar_is_degenerate) {
   EXPECT_EQ(meter.accel().count, 0.0);
 }
 
+TEST(MotionNoise, measures_the_gyro_by_pitch_and_yaw_in_a_round_pipe) {
+  Drive drive;
+  drive.gyro_radps_rthz = 3e-4;
+  drive.roll_rad = 0.1;  // a round section does not observe roll
+  drive.rotation_known = Vec3(0.0, 1.0, 1.0).asDiagonal();
+  const MotionNoise meter = drive.run({3e-3, 0.03}, 30.0);
+  ASSERT_TRUE(meter.measured().gyro_radps_rthz);
+  EXPECT_NEAR(std::log(meter.density().gyro_radps_rthz / 3e-4), 0.0, 0.35);
+}
+
 TEST(MotionNoise, a_single_jolt_raises_the_estimate_less_than_twofold) {
   const Drive drive;
   const double calm = drive.run({3e-3, 0.03}, 20.0).density().accel_mps2_rthz;
@@ -137,7 +151,7 @@ TEST(MotionNoise, a_single_jolt_raises_the_estimate_less_than_twofold) {
   MotionStep jolt;
   jolt.t = Time::from_ns(20'000'000'001);
   jolt.known = Mat3::Identity();
-  jolt.rotation_known = true;
+  jolt.rotation_known = Mat3::Identity();
   jolt.p_odom_m = {100.0, 0.0, 0.0};
   meter.add(jolt);
   EXPECT_LT(meter.density().accel_mps2_rthz, 2.0 * calm);

@@ -151,7 +151,8 @@ void finish(const FilterState& predicted, const Mat6& I, const Vec3& theta,
 
 /// Compares the LiDAR alone with the prediction. A weak prior replaces all that is unobservable:
 /// "as predicted, to a metre", which no prediction contradicts.
-void compare_with_prediction(const Vec6& y, const Mat6& P66, UpdateResult& result) {
+void compare_with_prediction(const Vec6& y, const Mat6& P66, const Mat3& R_odom_body,
+                             UpdateResult& result) {
   constexpr double kOpen_m = 1.0;
   constexpr double kOpen_rad = 0.3;
   constexpr double kKnown_m = 0.02;
@@ -164,13 +165,15 @@ void compare_with_prediction(const Vec6& y, const Mat6& P66, UpdateResult& resul
   const Mat6 S = 0.5 * (P66 + P66.transpose()) + R;
   result.nis = result.lidar_shift.dot(S.partialPivLu().solve(result.lidar_shift));
   result.known.setZero();
-  result.rotation_known = true;
+  result.rotation_known.setZero();
   for (const degeneracy::DirectionInfo& info : std::span(result.directions).first<3>()) {
     if (info.sigma > kKnown_m) continue;
     result.known += info.direction_odom * info.direction_odom.transpose();
   }
   for (const degeneracy::DirectionInfo& info : std::span(result.directions).last<3>()) {
-    result.rotation_known = result.rotation_known && info.sigma < kKnown_rad;
+    if (info.sigma > kKnown_rad) continue;
+    const Vec3 d_body = R_odom_body.transpose() * info.direction_odom;
+    result.rotation_known += d_body * d_body.transpose();
   }
 }
 
@@ -301,7 +304,7 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
   }
   finish(predicted, system.I, delta.segment<3>(kTheta), Untouched(result.directions, R_odom_v),
          state, result);
-  compare_with_prediction(y_lidar, P66, result);
+  compare_with_prediction(y_lidar, P66, predicted.T_odom_body.R, result);
   report_fit(system, matcher, result);
   return result;
 }

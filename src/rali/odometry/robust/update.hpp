@@ -30,7 +30,7 @@ struct UpdateResult {
   /// directions.
   geometry::Vec6 lidar_shift = geometry::Vec6::Zero();
   geometry::Mat3 known = geometry::Mat3::Zero();  ///< projector on the well observable translations
-  bool rotation_known = false;
+  geometry::Mat3 rotation_known = geometry::Mat3::Zero();  ///< the same for rotations, in body
   double nis = 0.0;  ///< of lidar_shift against the covariance of the prediction
 };
 
