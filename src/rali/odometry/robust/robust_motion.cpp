@@ -250,7 +250,7 @@ void RobustOdometry::constrain(const UpdateResult& done, FindingList& findings) 
   }
   const Vec3 w =
       imu_.empty() ? Vec3::Zero() : Vec3(imu_.at(state_.t).gyro_radps - state_.gyro_bias_radps);
-  constraints_.update(state_, w, map_, known);
+  constraints_.update(state_, w, map_, known, done.untouched);
   bound_speed(findings);
   refuse_biases(last_posterior_.gyro_bias_radps, last_posterior_.accel_bias_mps2, findings);
 }

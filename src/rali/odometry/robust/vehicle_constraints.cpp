@@ -27,11 +27,11 @@ constexpr double kSearchDepth_m = 2.5;
 }  // namespace
 
 void VehicleConstraints::update(FilterState& state, const Vec3& w_body_radps, const PlaneMap& map,
-                                bool known) {
+                                bool known, const Mat3& untouched) {
   const Vec3 v_body = state.T_odom_body.R.transpose() * state.v;
   if (known && v_body.norm() > kSpeedNeeded_mps) learn_direction(v_body);
   if (settings_.non_holonomic && non_holonomic_holds_) constrain_direction(state, w_body_radps);
-  if (settings_.ground) ground(state, map, known);
+  if (settings_.ground) ground(state, map, known, untouched);
 }
 
 void VehicleConstraints::learn_direction(const Vec3& v_body) {
@@ -63,7 +63,10 @@ void VehicleConstraints::constrain_direction(FilterState& state, const Vec3& w_b
   update_linear<2>(state, H, residual, noise);
 }
 
-void VehicleConstraints::ground(FilterState& state, const PlaneMap& map, bool known) {
+/// The normal of a plane is wrong by degrees. Along a tunnel, where the position may be uncertain
+/// by metres, such a plane would look like a slope and measure it: so that part is left out.
+void VehicleConstraints::ground(FilterState& state, const PlaneMap& map, bool known,
+                                const Mat3& untouched) {
   const Vec3 up = -state.g_odom_mps2.normalized();
   int index = -1;
   // The first upward plane straight below the sensor.
@@ -86,10 +89,11 @@ void VehicleConstraints::ground(FilterState& state, const PlaneMap& map, bool kn
   }
   ground_holds_ =
       height_weight_ > kWeightNeeded && height_var_m2_ < kHeightSigmaMax_m * kHeightSigmaMax_m;
-  const double sigma_z = std::sqrt(n.dot(state.P.block<3, 3>(kPos, kPos) * n));
+  const Vec3 across = n - untouched * n;
+  const double sigma_z = std::sqrt(across.dot(state.P.block<3, 3>(kPos, kPos) * across));
   if (!ground_holds_ || sigma_z < kHeightSigma_m) return;
   Eigen::Matrix<double, 1, kStateDim> H = Eigen::Matrix<double, 1, kStateDim>::Zero();
-  H.block<1, 3>(0, kPos) = n.transpose();
+  H.block<1, 3>(0, kPos) = across.transpose();
   const Eigen::Matrix<double, 1, 1> residual{height_m_ - height_m};
   const Eigen::Matrix<double, 1, 1> noise{kHeightSigma_m * kHeightSigma_m + plane.var_offset};
   update_linear<1>(state, H, residual, noise);

@@ -18,8 +18,9 @@ class VehicleConstraints {
   explicit VehicleConstraints(const ConstraintSettings& settings) : settings_(settings) {}
 
   /// Call after each scan's update. @param known all directions are observable in this scan.
+  /// @param untouched projector on the translations along which the LiDAR is degenerate
   void update(FilterState& state, const geometry::Vec3& w_body_radps, const PlaneMap& map,
-              bool known);
+              bool known, const geometry::Mat3& untouched = geometry::Mat3::Zero());
 
   [[nodiscard]] bool non_holonomic_holds() const { return non_holonomic_holds_; }
 
@@ -28,7 +29,7 @@ class VehicleConstraints {
  private:
   void learn_direction(const geometry::Vec3& v_body);
   void constrain_direction(FilterState& state, const geometry::Vec3& w_body_radps);
-  void ground(FilterState& state, const PlaneMap& map, bool known);
+  void ground(FilterState& state, const PlaneMap& map, bool known, const geometry::Mat3& untouched);
 
   ConstraintSettings settings_;
   geometry::Mat3 directions_ =

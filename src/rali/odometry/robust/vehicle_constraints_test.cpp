@@ -125,6 +125,24 @@ TEST(VehicleConstraints, constrain_the_height_above_ground_when_the_scan_does_no
   EXPECT_LT(std::sqrt(s.P(kPos + 2, kPos + 2)), 0.065);
 }
 
+TEST(VehicleConstraints, do_not_measure_the_position_along_a_tunnel_by_the_slope_of_a_floor_plane) {
+  PlaneMap map{PlaneMapSettings{}};
+  insert_patch(map, {Vec3(0.4, 0.4, 0.3), Vec3(0.05, 0.0, 1.0).normalized()});  // 3 degrees off
+  VehicleConstraints c{ConstraintSettings{}};
+  drive_as_a_cart(c, map, Vec3::UnitX(), 200);
+  ASSERT_TRUE(c.ground_holds());
+  FilterState s = driving(0.0, Vec3::UnitX());
+  s.T_odom_body.p = Vec3(0.6, 0.4, 1.0);
+  s.P(kPos, kPos) = 4.0;
+  const FilterState before = s;
+  const geometry::Mat3 along = Vec3::UnitX().asDiagonal();
+  c.update(s, Vec3::Zero(), map, false, along);
+  EXPECT_EQ(s.T_odom_body.p, before.T_odom_body.p);
+  EXPECT_EQ(s.P, before.P);
+  c.update(s, Vec3::Zero(), map, false);
+  EXPECT_LT(s.P(kPos, kPos), 2.5) << "the floor's slope, if the LiDAR observed the tunnel's axis";
+}
+
 TEST(VehicleConstraints, do_not_constrain_the_height_of_a_drone) {
   const PlaneMap map = floor_below();
   VehicleConstraints c{ConstraintSettings{}};
