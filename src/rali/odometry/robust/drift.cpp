@@ -145,12 +145,14 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
   bound_to_unknown();
   establish(T_odom_body.p);
   const Mat6 registered = following.follows * P_local * following.follows.transpose();
-  const Mat6 inherited = map_error_ + P_local + (settings_.growth - 1.0) * registered;
-  const Mat6 error = A * inherited * A.transpose();
+  const Mat6 added = P_local + (settings_.growth - 1.0) * registered;
+  const Mat6 error = A * (map_error_ + added) * A.transpose();
   const bool makes_first = std::exchange(unmade_, false) && mean_epoch + 1.0 <= epoch_;
   if (makes_first) D_.back() = error;
   const bool travelled = (T_odom_body.p - begun_odom_m_.back()).norm() > settings_.epoch_m;
   if (travelled || has_grown(B * D_.back() * B.transpose(), map_error_ + P_local)) {
+    const double passed = std::max(1.0, epoch_ - mean_epoch);
+    rotation_ += T_odom_body.R * added.topLeftCorner<3, 3>() * T_odom_body.R.transpose() / passed;
     start_epoch(T_odom_body, error);
     if (!turned.isZero(0.0)) turned_.push_back({D_.size() - 1, A * turned * A.transpose()});
     unmade_ = true;
@@ -242,6 +244,8 @@ void Drift::add_everywhere(const SE3& T_odom_body, const Mat6& P) {
   for (Mat6& D : D_) D += added;
   carried_ += added;
 }
+
+Mat3 Drift::take_rotation() { return std::exchange(rotation_, Mat3::Zero()); }
 
 void Drift::add(const SE3& T_odom_body, const Mat6& P) {
   const Mat6 A = left_from_boxplus(T_odom_body);

@@ -122,6 +122,10 @@ class Drift {
   /// about it. From now on a pose has this error wherever it is registered.
   void add_everywhere(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
 
+  /// How far the map has turned since the last call: covariance of a rotation in odom [rad^2]. Each
+  /// generation is turned against those it was registered with, by the error of that registration.
+  [[nodiscard]] geometry::Mat3 take_rotation();
+
   /// A new map starts at a pose with covariance P (boxplus): a new generation.
   void add(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
 
@@ -154,7 +158,8 @@ class Drift {
   bool unmoved_ = true;          ///< the vehicle has not left its start
   bool unmade_ = false;          ///< the newest generation has no planes yet
   geometry::Mat6 map_error_ = geometry::Mat6::Zero();
-  geometry::Mat6 carried_;  ///< map_error_ as a left perturbation
+  geometry::Mat6 carried_;                             ///< map_error_ as a left perturbation
+  geometry::Mat3 rotation_ = geometry::Mat3::Zero();  ///< take_rotation()
 };
 
 }  // namespace rali::odometry

@@ -54,6 +54,21 @@ TEST(Drift, equals_the_registration_covariance_while_the_first_planes_are_matche
   EXPECT_EQ(drift.epoch(), 0U);
 }
 
+TEST(Drift, turns_the_map_by_one_registration_per_generation_of_planes) {
+  Drift drift{from_nothing()};
+  const Mat6 P = local(1e-3, 0.0);
+  drift.update(at(0.0), 0.0, P, kFollows);
+  EXPECT_TRUE(drift.take_rotation().isZero(0.0)) << "no new generation";
+  drift.update(at(0.6), 0.0, P, kFollows);
+  EXPECT_NEAR(drift.take_rotation()(1, 1), 1e-6, 1e-15);
+  EXPECT_TRUE(drift.take_rotation().isZero(0.0)) << "taken";
+  // A LiDAR that sees far ahead registers with planes of many generations ago.
+  for (int k = 2; k <= 10; ++k) drift.update(at(0.6 * k), 0.0, P, kFollows);
+  double sum = 1.0;  // the second generation
+  for (int passed = 2; passed < 10; ++passed) sum += 1.0 / passed;
+  EXPECT_NEAR(drift.take_rotation()(1, 1), 1e-6 * sum, 1e-12);
+}
+
 TEST(Drift, adds_one_registration_variance_per_generation_of_planes) {
   Drift drift{from_nothing()};
   const Mat6 P = local(0.0, 0.01);

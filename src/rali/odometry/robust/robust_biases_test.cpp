@@ -33,7 +33,7 @@ TEST(Biases, stay_within_3_sigma_while_inertial_noise_is_increased) {
   }
   const imu::NoiseDensity calm = drive_pushed(undisturbed, 40, 0.0).inertial_noise;
   EXPECT_LE(max_mps2, kLimit_mps2);
-  EXPECT_GT(max_mps2, 0.9 * kLimit_mps2);
+  EXPECT_GT(max_mps2, 0.85 * kLimit_mps2) << "a part is attributed to gravity";
   EXPECT_GT(result.inertial_noise.accel_mps2_rthz, 2.0 * calm.accel_mps2_rthz);
   // The gyro shows only the contradiction: the joint graph receives the larger noise too.
   EXPECT_GT(result.inertial_noise.gyro_radps_rthz, 1.3 * calm.gyro_radps_rthz);

@@ -199,6 +199,7 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   [[nodiscard]] std::optional<Level> level() const;
   geometry::Mat6 covariance(const UpdateResult& update);
   void release(const UpdateResult& update);
+  void turn_with_map(const UpdateResult& update);
   void refuse_biases(const geometry::Vec3& gyro_before, const geometry::Vec3& accel_before,
                      FindingList& findings);
   void end_refusal(Time now, FindingList& findings);
