@@ -54,16 +54,16 @@ After drive(TestRoom room, const Pause& pause, double duration_s, const TestRoom
     }
     if (t_s + 0.1 > pause.begin_s && !after) continue;
     const auto scan = room.scan(t_s);
-    AugmentedFilter& filter = *odometry->augmented_filter();
-    if (ranged && after && out.results.empty() && filter.advance_to(Time::from_s(t_s + 0.05))) {
-      filter.add_states(AugmentedStates::Vector::Constant(3, 2.0),
+    AugmentedFilter* const filter = odometry->augmented_filter();
+    if (ranged && after && out.results.empty() && filter->advance_to(Time::from_s(t_s + 0.05))) {
+      filter->add_states(AugmentedStates::Vector::Constant(3, 2.0),
                         AugmentedStates::Matrix::Identity(3, 3), {});
     }
     const ScanResult result = odometry->process(*scan, executor, out.findings);
     const SE3 truth = room.pose(scan->t_end.s());
     if (k == 0) T_world_odom = truth * result.T_odom_body.inverse();
     if (!after) continue;
-    out.augmented = filter.augmented().size();
+    out.augmented = filter->augmented().size();
     out.results.push_back(result);
     out.errors_m.push_back((result.T_odom_body.p - (T_world_odom.inverse() * truth).p).norm());
   }
