@@ -158,7 +158,7 @@ class Drift {
   bool unmoved_ = true;          ///< the vehicle has not left its start
   bool unmade_ = false;          ///< the newest generation has no planes yet
   geometry::Mat6 map_error_ = geometry::Mat6::Zero();
-  geometry::Mat6 carried_;                             ///< map_error_ as a left perturbation
+  geometry::Mat6 carried_;                            ///< map_error_ as a left perturbation
   geometry::Mat3 rotation_ = geometry::Mat3::Zero();  ///< take_rotation()
 };
 

@@ -57,7 +57,7 @@ After drive(TestRoom room, const Pause& pause, double duration_s, const TestRoom
     AugmentedFilter* const filter = odometry->augmented_filter();
     if (ranged && after && out.results.empty() && filter->advance_to(Time::from_s(t_s + 0.05))) {
       filter->add_states(AugmentedStates::Vector::Constant(3, 2.0),
-                        AugmentedStates::Matrix::Identity(3, 3), {});
+                         AugmentedStates::Matrix::Identity(3, 3), {});
     }
     const ScanResult result = odometry->process(*scan, executor, out.findings);
     const SE3 truth = room.pose(scan->t_end.s());

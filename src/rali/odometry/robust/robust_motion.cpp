@@ -95,6 +95,22 @@ void RobustOdometry::measure_tilt(const UpdateResult& seen, const InertialIntegr
   map_tilt_.add(step);
 }
 
+/// A map that grows scan by scan turns. In odom, which the newest planes define, the vehicle and
+/// gravity turn in common: no gyro notices, and the speed along a degenerate direction is the
+/// integral of gravity's error. A rotation that the scan does not observe, such as roll in a round
+/// pipe, is that of the inertial sensor, and turns no planes.
+void RobustOdometry::turn_with_map(const UpdateResult& update) {
+  const Mat3& R = state_.T_odom_body.R;
+  const Mat3 observed = R * update.rotation_known * R.transpose();
+  const Mat3 turned = observed * drift_.take_rotation() * observed;
+  if (!inertial_) return;
+  Eigen::Matrix<double, kStateDim, 3> G = Eigen::Matrix<double, kStateDim, 3>::Zero();
+  G.middleRows<3>(kTheta) = R.transpose();
+  G.middleRows<3>(kVel) = -geometry::skew(state_.v);
+  G.middleRows<2>(kGravity) = gravity_basis(state_.g_odom_mps2).transpose();
+  state_.P += G * turned * G.transpose();
+}
+
 /// The prediction with covariance for a step of the body that the inertial sensor did not measure.
 /// @param where projector on the translations that may step
 FilterState RobustOdometry::with_step(const FilterState& predicted, double size,
