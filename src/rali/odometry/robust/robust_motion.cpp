@@ -81,8 +81,8 @@ void RobustOdometry::measure_noise(const UpdateResult& seen, const InertialInteg
 
 /// Where the LiDAR observes the whole motion, the rest of the specific force is gravity.
 void RobustOdometry::measure_tilt(const UpdateResult& seen, const InertialIntegral& inertial) {
-  if (!seen.rotation_known.isIdentity(1e-6) || !seen.known.isIdentity(1e-6))
-    return map_tilt_.interrupt();
+  const bool all_known = seen.rotation_known.isIdentity(1e-6) && seen.known.isIdentity(1e-6);
+  if (!all_known) return map_tilt_.interrupt();
   TiltStep step;
   step.span_s = seconds_between(last_posterior_.t, state_.t);
   step.travelled_m = (state_.T_odom_body.p - last_posterior_.T_odom_body.p).norm();
