@@ -29,6 +29,7 @@ constexpr double kFractionMin = 0.04;
 constexpr double kClusterCos = 0.966;   // 15 deg
 constexpr double kOtherWallCos = 0.87;  // 30 deg
 constexpr double kObliqueFraction = 0.15;
+constexpr double kSectionFraction = 0.1;
 constexpr double kBentCosMin = 0.34;  // 70 deg
 constexpr double kBentCosMax = 0.94;  // 20 deg
 
@@ -149,35 +150,37 @@ std::string what_fits(std::span<const PlaneDirection> planes, const Mat3& R_body
   return "Neither the inverse nor other axes fit; is the accelerometer's sign right?";
 }
 
-/// A pipe or a vault along a horizontal axis: all oblique planes run along it, and not all planes
-/// along it are parallel or at right angles to each other. Level rings may not see its bottom, and
-/// a rotation about its axis changes nothing that they see.
+/// A pipe or a vault along a horizontal axis: all oblique planes run along it, and large planes
+/// along it are neither parallel nor at right angles to each other. Level rings may not see its
+/// bottom, and a rotation about its axis changes nothing that they see. Small planes prove nothing:
+/// a car beside a rolled ground is as oblique to it.
 bool round_section_seen(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
                         const Vec3& up_body) {
   const double sine_of_tilt = std::sin(kTiltMaxDeg / kRadToDeg);
   const double cosine_of_tilt = std::cos(kTiltMaxDeg / kRadToDeg);
-  std::optional<Vec3> axis_body;
+  const auto is_oblique = [&](const PlaneDirection& plane) {
+    const double cosine = std::abs((R_body_lidar * plane.n_lidar).dot(up_body));
+    return cosine > sine_of_tilt && cosine < cosine_of_tilt;
+  };
+  const auto first = std::find_if(planes.begin(), planes.end(), is_oblique);
+  if (first == planes.end()) return false;
+  const Vec3 up_lidar = R_body_lidar.transpose() * up_body;
+  const Vec3 axis_lidar = first->n_lidar.cross(up_lidar).normalized();
   double elsewhere = 0.0;
-  std::vector<Vec3> section;
+  std::vector<Vec3> section_lidar;
   for (const PlaneDirection& plane : planes) {
-    const Vec3 n_body = R_body_lidar * plane.n_lidar;
-    const double cosine = std::abs(n_body.dot(up_body));
-    const bool oblique = cosine > sine_of_tilt && cosine < cosine_of_tilt;
-    if (oblique && !axis_body) axis_body = n_body.cross(up_body).normalized();
-    const bool along = axis_body && std::abs(n_body.dot(*axis_body)) < sine_of_tilt;
-    if (oblique && !along) elsewhere += plane.fraction;
+    const bool along = std::abs(plane.n_lidar.dot(axis_lidar)) < sine_of_tilt;
+    if (!along && is_oblique(plane)) elsewhere += plane.fraction;
+    if (along && plane.fraction > kSectionFraction) section_lidar.push_back(plane.n_lidar);
   }
-  if (!axis_body || elsewhere > kObliqueFraction) return false;
-  for (const PlaneDirection& plane : planes) {
-    const Vec3 n_body = R_body_lidar * plane.n_lidar;
-    if (std::abs(n_body.dot(*axis_body)) < sine_of_tilt) section.push_back(n_body);
-  }
-  return std::any_of(section.begin(), section.end(), [&](const Vec3& one) {
-    return std::any_of(section.begin(), section.end(), [&](const Vec3& other) {
+  const auto is_bent = [&](const Vec3& one) {
+    return std::any_of(section_lidar.begin(), section_lidar.end(), [&](const Vec3& other) {
       const double cosine = std::abs(one.dot(other));
       return cosine > kBentCosMin && cosine < kBentCosMax;
     });
-  });
+  };
+  return elsewhere < kObliqueFraction &&
+         std::any_of(section_lidar.begin(), section_lidar.end(), is_bent);
 }
 
 /// Walls in at least two directions and no oblique planes: what sparse rings see of a narrow

@@ -97,6 +97,9 @@ TEST(Extrinsics, are_accepted_in_a_pipe_without_visible_floor) {
                                               {Vec3(0.0, h, -h), 0.2},
                                               {Vec3(0.0, -h, -h), 0.2}};
   EXPECT_FALSE(check_extrinsics(rolled, Mat3::Identity(), Vec3::UnitZ(), {}));
+  std::vector<PlaneDirection> cluttered = rolled;  // with something small and steep, as a car
+  cluttered.push_back({Vec3(0.0, 1.0, 0.0), 0.08});
+  EXPECT_FALSE(check_extrinsics(cluttered, Mat3::Identity(), Vec3::UnitZ(), {}));
   const std::vector<PlaneDirection> pitched = {
       {Vec3::UnitY(), 0.3}, {-Vec3::UnitY(), 0.3}, {Vec3(h, 0.0, h), 0.4}};
   EXPECT_FALSE(check_extrinsics(pitched, Mat3::Identity(), Vec3::UnitZ(), {}));
