@@ -64,9 +64,10 @@ struct VehicleLiveConfig {
 /// One vehicle: its recording and its sensors.
 struct VehicleConfig {
   std::string name = "v1";
-  std::vector<std::string> recordings;  ///< paths as this process can open them, read in order
-  double start_s = 0.0;                 ///< seconds of data left out at the beginning
-  double duration_s = 0.0;              ///< seconds of data used, 0 = all
+  std::vector<std::string> recordings;   ///< paths as this process can open them, read in order
+  double start_s = 0.0;                  ///< seconds of data left out at the beginning
+  double duration_s = 0.0;               ///< seconds of data used, 0 = all
+  std::optional<double> clock_offset_s;  ///< added to all stamps; empty = auto
   LidarConfig lidar;
   ImuConfig imu;
   std::vector<AntennaConfig> antennas = {{"uwb", geometry::Vec3::Zero()}};
@@ -83,7 +84,9 @@ struct RadioName {
 
 struct RangeSource {
   std::string file, topic, serial_log;  ///< exactly one is set
-  std::string vehicle;                  ///< of a serial log: the vehicle that recorded it
+  /// Of a serial log or file: the vehicle whose computer recorded it. Of a file it may be empty:
+  /// the first.
+  std::string vehicle;
   std::map<std::int64_t, RadioName> ids;
 };
 

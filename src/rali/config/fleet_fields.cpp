@@ -86,6 +86,8 @@ void vehicle_fields(VehicleConfig& vehicle, const std::string& prefix, const std
            "files read in order, or a folder; relative to this file");
   v("start_s", vehicle.start_s, 0.0, kWeek_s, "data left out at the start [s]");
   v("duration_s", vehicle.duration_s, 0.0, kWeek_s, "data used [s]; 0: all");
+  v.custom("clock_offset_s", number_or(vehicle.clock_offset_s, "auto", -kWeek_s, kWeek_s),
+           "added to all stamps of the vehicle [s]; auto: 0, or found with clock: offset");
   FieldCollector lidar(prefix + "lidar.", fields);
   lidar_fields(vehicle.lidar, lidar);
   imu_fields(vehicle.imu, prefix + "imu.", base_dir, fields);

@@ -138,7 +138,7 @@ CustomTarget antennas_target(std::vector<AntennaConfig>& antennas) {
 
 CustomTarget range_sources_target(std::vector<RangeSource>& sources, const std::string& base_dir) {
   CustomTarget target;
-  target.type = "a list of {file}, {topic, ids} or {serial_log, vehicle, ids}";
+  target.type = "a list of {file, vehicle}, {topic, ids} or {serial_log, vehicle, ids}";
   target.decode = [&sources, base_dir, type = target.type](const Node& node,
                                                            const std::string& key) -> Status {
     if (node.kind != Node::Kind::kSequence) return not_allowed(node, key, type);

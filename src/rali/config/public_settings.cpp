@@ -50,10 +50,10 @@ constexpr std::array kRanges{Keys{"ranges.sources"},       Keys{"ranges.stamp"},
                              Keys{"ranges.bias_m"},        Keys{"ranges.limits_m"},
                              Keys{"vehicles.v1.antennas"}, Keys{"settings.ranging.use"}};
 
-constexpr std::array kJoin{Keys{"priors"}, Keys{"clock"}, Keys{"settings.fleet.join"}};
+constexpr std::array kJoin{Keys{"priors"}, Keys{"clock"}, Keys{"vehicles.v1.clock_offset_s"},
+                           Keys{"settings.fleet.join"}};
 
-constexpr std::array kLoops{Keys{"settings.fleet.loops.use"},
-                            Keys{"settings.fleet.loops.per_submap"}};
+constexpr std::array kLoops{Keys{"settings.fleet.loops.use"}};
 
 constexpr std::array kMoving{Keys{"settings.map.dynamic.remove"},
                              Keys{"settings.map.dynamic.peer_radius_m"},

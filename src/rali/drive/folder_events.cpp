@@ -77,12 +77,16 @@ class FolderEvents final : public ReportedSource {
       outlet_.push(std::move(scan));
       return true;
     }
-    const Duration offset = Duration::from_s(options_.lidar_time_offset.value_s);
+    const Duration offset = Duration::from_s(options_.lidar_time_offset.value_s) + clock_offset();
     scan->t_start = scan->t_start + offset;
     scan->t_end = scan->t_end + offset;
     push_imu_until(scan->t_end + Duration::from_s(kImuLeadS));
     outlet_.push(std::move(scan));
     return true;
+  }
+
+  [[nodiscard]] Duration clock_offset() const {
+    return Duration::from_s(options_.clock_offset.value_s);
   }
 
   void push_imu_until(Time t) {
@@ -108,7 +112,10 @@ class FolderEvents final : public ReportedSource {
   void read_imu() {
     sensor::ImuSample sample;
     const Result<bool> got = imu_->next(sample);
-    if (got && *got) waiting_ = sample;
+    if (got && *got) {
+      waiting_ = sample;
+      waiting_->t = sample.t + clock_offset();
+    }
     if (got) return;
     report_.gaps.damaged = true;
     Finding f;
@@ -277,6 +284,7 @@ Result<std::unique_ptr<ReportedSource>> open_folder_events(const std::string& pa
   report.vehicle = options.vehicle;
   report.files = {path};
   report.lidar_time_offset = options.lidar_time_offset;
+  report.clock_offset = options.clock_offset;
   for (const Finding& f : folder->findings()) {
     report.findings.push_back(f);
     report.findings.back().vehicle = options.vehicle;

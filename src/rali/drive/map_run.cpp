@@ -1,7 +1,6 @@
 #include "rali/drive/map_run.hpp"
 
 #include <exception>
-#include <mutex>
 #include <utility>
 
 #include "rali/drive/fact_path.hpp"
@@ -9,7 +8,6 @@
 #include "rali/drive/internal/map_run_stages.hpp"
 #include "rali/drive/live/live_map.hpp"
 #include "rali/drive/measured.hpp"
-#include "rali/drive/offset/time_offset.hpp"
 #include "rali/drive/open_events.hpp"
 #include "rali/drive/output/joint_path.hpp"
 #include "rali/drive/output/out_dir.hpp"
@@ -34,42 +32,10 @@ Status MapRun::open_sources() {
     if (!source) return tl::make_unexpected(source.error());
     sources_.push_back(std::move(*source));
   }
-  Result<RangeList> ranges = read_range_files(job_.ranges);
+  Result<RangeList> ranges = read_range_files(job_.ranges, clock_offsets_s());
   if (!ranges) return tl::make_unexpected(ranges.error());
   range_list_ = std::move(*ranges);
   range_log_.name_strangers(range_list_.strangers);
-  return {};
-}
-
-/// Estimates the requested time offsets, for all vehicles in parallel, and opens their sources once
-/// more with the results.
-Status MapRun::find_time_offsets() {
-  std::vector<std::size_t> asked;
-  for (std::size_t i = 0; i < sources_.size() && !job_.facts; ++i) {
-    if (job_.vehicles[i].find_time_offset && sources_[i]->report().has_imu) asked.push_back(i);
-  }
-  std::vector<VehicleJob> jobs;
-  jobs.reserve(asked.size());
-  for (const std::size_t i : asked) jobs.push_back(member_job(job_, i, ranges_));
-  std::mutex reporting;  // the sink is not thread-safe
-  executor_->for_blocks(asked.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
-    Progress progress;
-    progress.vehicle = jobs[k].input.vehicle;
-    progress.stage = "time offset";
-    jobs[k].input.lidar_time_offset =
-        estimate_time_offset(jobs[k], *executor_, threads_ > 1, [&](double fraction) {
-          const std::lock_guard lock(reporting);
-          progress.fraction = fraction;
-          sink_.progress(progress);
-          return !stop_.load(std::memory_order_relaxed);
-        });
-  });
-  for (std::size_t k = 0; k < asked.size(); ++k) {
-    Result<std::unique_ptr<ReportedSource>> source = open_events(jobs[k]);
-    if (!source) return tl::make_unexpected(source.error());
-    sources_[asked[k]] = std::move(*source);
-    report(time_offset_finding(jobs[k].input.lidar_time_offset, sources_[asked[k]]->report()));
-  }
   return {};
 }
 
@@ -204,6 +170,10 @@ Result<MapSummary> MapRun::run_in_folder() {
   for (const Finding& f : range_list_.findings) report(f);
   Status status = find_time_offsets();
   log_.stage("time offset");
+  if (status && job_.find_clock_offsets && !job_.facts) {
+    status = find_clock_offsets();
+    log_.stage("clock offset");
+  }
   if (status) status = open_session();
   if (status) status = job_.facts ? run_facts() : run_vehicles();
   if (status) status = write_results();

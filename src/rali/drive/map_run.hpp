@@ -34,6 +34,7 @@ struct VehicleJob {
   std::function<Result<std::unique_ptr<ReportedSource>>(const InputOptions&)> open;
   InputOptions input;             ///< input.vehicle is the vehicle's name
   bool find_time_offset = false;  ///< estimate input.lidar_time_offset from the data
+  bool clock_offset_given = false;
   vehicle::VehicleSettings settings;
 };
 
@@ -53,6 +54,7 @@ struct MapJob {
   bool overwrite = false;
   bool strict = false;          ///< the first gap ends the run
   int threads = 0;              ///< 0: one per core; results do not depend on it
+  bool find_clock_offsets = false;  ///< of vehicles whose input.clock_offset is not given
   RangeOptions ranges;          ///< of all vehicles
   fleet::FleetSettings fleet;   ///< of the joint map
   fleet::FleetKnowledge known;  ///< start poses and radios, as measured by users

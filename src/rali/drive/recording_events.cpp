@@ -90,6 +90,7 @@ Result<std::unique_ptr<ReportedSource>> open_recording_events(const std::vector<
   report.vehicle = options.vehicle;
   report.files = paths;
   report.lidar_time_offset = options.lidar_time_offset;
+  report.clock_offset = options.clock_offset;
   Result<RecordingProbe> probe = probe_recording(*chain, options, report);
   if (!probe) return tl::make_unexpected(probe.error());
   return std::make_unique<RecordingEvents>(std::move(*chain), std::move(*probe), options,

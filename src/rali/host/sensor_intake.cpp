@@ -162,6 +162,7 @@ void SensorIntake::decide() {
   drive::InputReport report;
   report.vehicle = setup_.input.vehicle;
   report.lidar_time_offset = setup_.input.lidar_time_offset;
+  report.clock_offset = setup_.input.clock_offset;
   Result<drive::RecordingProbe> probe =
       drive::decide_probe(std::move(first_), topics, "live", setup_.input, report);
   first_.clear();

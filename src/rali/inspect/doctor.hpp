@@ -51,7 +51,7 @@ struct DoctorReport {
   imu::RotationStudy rotations;
   std::optional<geometry::SE3> T_body_lidar;  ///< as given or from /tf_static
   Time t_start, t_end;                        ///< stamps of the clouds; equal: end unknown
-  std::vector<drive::TrackPoint> track;       ///< of the LiDAR, by LiDAR odometry alone
+  std::vector<ranging::TrackPoint> track;     ///< of the LiDAR, by LiDAR odometry alone
   FindingList findings;
 };
 

@@ -7,23 +7,17 @@
 
 #include "rali/base/finding.hpp"
 #include "rali/inspect/doctor.hpp"
+#include "rali/ranging/stamp_offset.hpp"
 
 namespace rali::inspect {
-
-/// Latency of range stamps, estimated from the motion of one vehicle past another at standstill.
-struct LatencyByMotion {
-  double latency_s = 0.0, sigma_s = 0.0;
-  double residual_m = 0.0;  ///< root mean square after the fit
-  std::size_t ranges = 0;
-};
 
 /// Fits ranges to the distances between a track and a stationary point, which is estimated too, for
 /// latencies within 0.3 s. The track is that of the LiDAR: the antenna's lever arm changes the
 /// distance only where the vehicle turns.
 /// Empty where the latency is not observable: too few ranges, too short a trajectory, or a sigma
 /// above 30 ms.
-[[nodiscard]] std::optional<LatencyByMotion> latency_by_motion(
-    std::span<const drive::TrackPoint> track, std::span<const std::pair<Time, double>> ranges);
+[[nodiscard]] std::optional<ranging::StampOffset> latency_by_motion(
+    ranging::Track track, std::span<const std::pair<Time, double>> ranges);
 
 /// D16: latency of the ranges of each pair with one vehicle at standstill, and whose clock stamps
 /// them.

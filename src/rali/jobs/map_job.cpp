@@ -103,6 +103,7 @@ drive::InputOptions input_options(const FleetConfig& fleet, const VehicleConfig&
   input.imu_from_tf = vehicle.imu.T_body_imu.source != Extrinsics::Source::kGiven;
   input.imu_tf_frame = vehicle.imu.T_body_imu.tf_frame;
   input.lidar_time_offset.value_s = vehicle.lidar.time_offset_s.value_or(0.0);
+  input.clock_offset.value_s = vehicle.clock_offset_s.value_or(0.0);
   input.start_s = vehicle.start_s;
   input.duration_s = vehicle.duration_s;
   input.extrinsics = static_cast<drive::ExtrinsicsCheck>(fleet.settings.checks.extrinsics);
@@ -119,6 +120,7 @@ drive::VehicleJob vehicle_job(const FleetConfig& fleet, std::size_t index,
   job.input.strict = options.strict;
   job.settings = vehicle_settings(fleet, index);
   job.find_time_offset = !vehicle.lidar.time_offset_s;
+  job.clock_offset_given = vehicle.clock_offset_s.has_value();
   return job;
 }
 
@@ -158,6 +160,7 @@ Result<drive::MapJob> make_map_job(const FleetConfig& fleet, const MapOptions& o
   }
   job.fleet = fleet.settings.fleet;
   job.fleet.ranging = job.vehicles.front().settings.ranging;
+  job.find_clock_offsets = fleet.clock == config::Clock::kOffset && fleet.vehicles.size() > 1;
   job.known = fleet_knowledge(fleet);
   Result<drive::RoundsJob> rounds = rounds_job(fleet, job.ranges.names);
   if (!rounds) return tl::make_unexpected(rounds.error());
@@ -207,10 +210,9 @@ std::vector<std::string> idle_keys(const FleetConfig& fleet) {
     const bool between = room == "ranges" || room == "priors" || room == "clock" ||
                          room == "radio" || room == "rounds" ||
                          key.find(".antennas") != std::string::npos;
-    const bool offset = room == "clock" && fleet.clock == config::Clock::kOffset;
     // Radio explains why a round ended, only for rounds that are determined from the data.
     const bool radio = room == "radio" && fleet.rounds != "auto";
-    const bool no_use = offset || radio || (between && fleet.vehicles.size() < 2);
+    const bool no_use = radio || (between && fleet.vehicles.size() < 2);
     if (no_use && origin.second.find("settings.yaml") == std::string::npos) idle.push_back(key);
   }
   return idle;
@@ -246,6 +248,10 @@ FleetConfig with_findings(const FleetConfig& fleet,
     if (vehicle->imu.T_body_imu.source != Extrinsics::Source::kGiven) {
       vehicle->imu.T_body_imu = {Extrinsics::Source::kGiven, report.T_body_imu, {}, {}};
       note_found(found, *vehicle, "imu.T_body_imu", "found: " + report.T_body_imu_origin);
+    }
+    if (!vehicle->clock_offset_s && report.clock_offset.sigma_s) {
+      vehicle->clock_offset_s = report.clock_offset.value_s;
+      note_found(found, *vehicle, "clock_offset_s", "found: " + report.clock_offset.origin);
     }
     // A dry run has not estimated it: it stays auto.
     if (!vehicle->lidar.time_offset_s && !report.lidar_time_offset.origin.empty()) {

@@ -60,6 +60,12 @@ drive::RangeTopic range_topic(const config::RangeSource& source, const io::Radio
   return topic;
 }
 
+/// A file is on the clock of the vehicle that wrote it: the first, unless stated otherwise.
+VehicleId clock_of(const config::RangeSource& source, const io::RadioNames& names) {
+  const auto named = names.find(source.vehicle);
+  return named == names.end() ? VehicleId{} : named->second.vehicle;
+}
+
 std::optional<double> bias_between(const config::RangesConfig& ranges, const std::string& a,
                                    const std::string& b) {
   for (const std::string& pair : {a + '-' + b, b + '-' + a}) {
@@ -89,7 +95,8 @@ Result<drive::RangeOptions> range_options(const FleetConfig& fleet) {
       options.serial_logs.push_back(
           {source.serial_log, vehicle->second.vehicle, range_topic(source, options.names).ids});
     }
-    if (!source.file.empty()) options.files.push_back(source.file);
+    if (!source.file.empty())
+      options.files.push_back({source.file, clock_of(source, options.names)});
     if (!source.topic.empty()) options.topics.push_back(range_topic(source, options.names));
   }
   options.stamp = static_cast<drive::RangeStamp>(fleet.ranges.stamp);

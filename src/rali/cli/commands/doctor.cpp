@@ -144,7 +144,7 @@ Result<DoctorCommand::Plan> DoctorCommand::plan() const {
     plan.ranges.serial = *options;
   }
   for (const config::RangeSource& source : fleet->ranges.sources) {
-    if (!source.file.empty()) plan.ranges.files.push_back(source.file);
+    if (!source.file.empty()) plan.ranges.files.push_back({source.file, {}});
     if (!source.topic.empty()) plan.ranges.topics.push_back(source.topic);
   }
   for (const config::VehicleConfig& vehicle : fleet->vehicles) {

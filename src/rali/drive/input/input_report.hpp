@@ -31,6 +31,13 @@ struct LidarTimeOffset {
   std::string origin;                         ///< in words, if estimated or tried; empty: settings
 };
 
+/// What is added to all stamps of a vehicle to get those of the fleet, and its origin.
+struct ClockOffset {
+  double value_s = 0.0;
+  std::optional<double> sigma_s;  ///< of the estimate; empty: not requested, or not found
+  std::string origin;             ///< in words, if estimated or tried; empty: settings
+};
+
 /// What the user fixed about one vehicle's input; everything else is determined from the data.
 struct InputOptions {
   std::string vehicle = "v1";
@@ -47,6 +54,7 @@ struct InputOptions {
   bool imu_from_tf = false;                   ///< T_body_imu from /tf_static
   std::string imu_tf_frame;  ///< the IMU's frame there; empty: that of its messages
   LidarTimeOffset lidar_time_offset;
+  ClockOffset clock_offset;
   double start_s = 0.0;     ///< after the first event
   double duration_s = 0.0;  ///< 0: to the end
   ExtrinsicsCheck extrinsics = ExtrinsicsCheck::kError;
@@ -88,6 +96,7 @@ struct InputReport {
   std::string lidar_stamp = "header";  ///< or "record"
   std::string imu_stamp = "header";
   LidarTimeOffset lidar_time_offset;
+  ClockOffset clock_offset;
   Time t_start, t_end;  ///< of the events passed on
   std::uint64_t scans = 0;
   std::uint64_t imu_samples = 0;

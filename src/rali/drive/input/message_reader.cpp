@@ -23,6 +23,7 @@ MessageReader::MessageReader(const RecordingProbe& probe, const InputOptions& op
     : topics_(probe.topics),
       format_(probe.format),
       options_(options),
+      clock_offset_(Duration::from_s(options.clock_offset.value_s)),
       place_(std::move(place)),
       lidar_stamps_(probe.lidar_stamps, shifts_),
       imu_stamps_(probe.imu_stamps, shifts_),
@@ -51,7 +52,10 @@ void MessageReader::take_ranges(const RecordedMessage& message, EventSink& sink,
   if (Status s = range_topics_.take(message, ranges_); !s) {
     return damaged(message, s.error(), report);
   }
-  for (const sensor::RangeSample& sample : ranges_) sink.push(sample);
+  for (sensor::RangeSample& sample : ranges_) {
+    sample.t = sample.t + clock_offset_;
+    sink.push(sample);
+  }
 }
 
 void MessageReader::take_cloud(const RecordedMessage& message, EventSink& sink,
@@ -67,8 +71,8 @@ void MessageReader::take_cloud(const RecordedMessage& message, EventSink& sink,
   const std::optional<Time> t_end =
       repair(lidar_stamps_, {scan->t_end, message.t_record}, message, report);
   if (!t_end) return;
-  const Duration shift{(*t_end - scan->t_end).ns +
-                       Duration::from_s(options_.lidar_time_offset.value_s).ns};
+  const Duration shift =
+      *t_end - scan->t_end + clock_offset_ + Duration::from_s(options_.lidar_time_offset.value_s);
   scan->t_start = scan->t_start + shift;
   scan->t_end = scan->t_end + shift;
   sink.push(std::move(scan));
@@ -80,7 +84,7 @@ void MessageReader::take_imu(const RecordedMessage& message, EventSink& sink, In
   const std::optional<Time> t =
       repair(imu_stamps_, {imu->sample.t, message.t_record}, message, report);
   if (!t) return;
-  imu->sample.t = *t;
+  imu->sample.t = *t + clock_offset_;
   if (const auto sample = intake_.take(imu->sample, report.gaps)) sink.push(*sample);
 }
 
@@ -95,7 +99,7 @@ std::optional<Time> MessageReader::repair(StampRepair& repair, StampPair stamps,
   f.id = "D04";
   f.vehicle = report.vehicle;
   f.topic = message.topic;
-  f.t = t.value_or(Time{});
+  f.t = t ? *t + clock_offset_ : Time{};
   f.text =
       prefixed(place_(message), fmt::format("stamps of {} jump by {:+.3f} s; the jump is closed",
                                             message.topic, repair.last_jump_s()));

@@ -40,6 +40,7 @@ class MessageReader {
   TopicChoice topics_;
   wire::CloudFormat format_;
   InputOptions options_;
+  Duration clock_offset_;
   PlaceOf place_;
   std::shared_ptr<ClockShifts> shifts_ = std::make_shared<ClockShifts>();
   StampRepair lidar_stamps_, imu_stamps_;

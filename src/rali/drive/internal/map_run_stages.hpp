@@ -16,8 +16,8 @@
 namespace rali::drive::internal {
 
 /// One run of `rali map`: the stages in their order. Each stage adds to `summary_`. Reading and
-/// estimation are in map_run.cpp, the same from facts in map_facts.cpp, the final outputs in
-/// map_results.cpp.
+/// estimation are in map_run.cpp, the offsets of clocks in map_offsets.cpp, the same from facts in
+/// map_facts.cpp, the final outputs in map_results.cpp.
 class MapRun {
  public:
   MapRun(const MapJob& job, ProgressSink& sink, const std::atomic<bool>& stop)
@@ -40,6 +40,9 @@ class MapRun {
 
   Status open_sources();
   Status find_time_offsets();
+  Status find_clock_offsets();
+  [[nodiscard]] Result<std::vector<ClockOffset>> estimate_clock_offsets();
+  [[nodiscard]] std::vector<double> clock_offsets_s() const;
   Status open_session();
   void forget_keyframes();
   Status start_vehicles();

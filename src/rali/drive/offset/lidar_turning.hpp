@@ -10,16 +10,10 @@
 #include "rali/imu/rotation_study.hpp"
 #include "rali/odometry/odometry.hpp"
 #include "rali/odometry/settings.hpp"
+#include "rali/ranging/peer_fit.hpp"
 #include "rali/sensor/lidar_scan.hpp"
 
 namespace rali::drive {
-
-/// LiDAR position in the frame of its odometry. A new piece starts after each loss of tracking.
-struct TrackPoint {
-  Time t;
-  geometry::Vec3 p_odom_m = geometry::Vec3::Zero();
-  std::uint32_t piece = 0;
-};
 
 /// Rotation of the LiDAR from scan to scan, by a separate LiDAR odometry: without inertial data and
 /// with the LiDAR as the body. It is thus independent of gyro and extrinsics and can be compared
@@ -34,8 +28,8 @@ class LidarTurning {
 
   [[nodiscard]] const std::vector<imu::LidarTurn>& turns() const { return turns_; }
 
-  /// Its positions, by time.
-  [[nodiscard]] const std::vector<TrackPoint>& track() const { return track_; }
+  /// Positions of the LiDAR, by time.
+  [[nodiscard]] const std::vector<ranging::TrackPoint>& track() const { return track_; }
 
   /// Scans with points.
   [[nodiscard]] std::uint64_t scans() const { return scans_; }
@@ -47,7 +41,7 @@ class LidarTurning {
   std::unique_ptr<odometry::Odometry> odometry_;
   std::optional<std::pair<Time, geometry::Mat3>> last_;
   std::vector<imu::LidarTurn> turns_;
-  std::vector<TrackPoint> track_;
+  std::vector<ranging::TrackPoint> track_;
   std::uint32_t piece_ = 0;
   std::uint64_t scans_ = 0, lost_ = 0;
 };

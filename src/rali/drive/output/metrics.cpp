@@ -123,6 +123,9 @@ Json vehicle_json(const VehicleSummary& v) {
   json["time_offset_s"] = number(offset.value_s, 9);
   json["time_offset_sigma_s"] = offset.sigma_s ? number(*offset.sigma_s, 6) : Json(nullptr);
   json["time_offset_origin"] = offset.origin.empty() ? "settings" : offset.origin;
+  const ClockOffset& clock = v.input.clock_offset;
+  json["clock_offset_s"] = number(clock.value_s, 9);
+  json["clock_offset_sigma_s"] = clock.sigma_s ? number(*clock.sigma_s, 6) : Json(nullptr);
   json["accel_scale"] = number(v.input.accel_scale);
   json["imu_noise"] = imu_noise_json(v);
   json["gaps"] = gaps_json(v.input.gaps);

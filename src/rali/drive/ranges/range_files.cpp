@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "rali/drive/ranges/serial_log.hpp"
 
@@ -35,36 +36,79 @@ class Strangers {
   std::uint64_t count_ = 0;
 };
 
-}  // namespace
-
-Result<RangeList> read_range_files(const RangeOptions& options) {
-  RangeList list;
-  Strangers strangers(options.names);
-  for (const std::string& path : options.files) {
-    Result<io::RangeCsv> csv = io::read_ranges_csv(path, options.names);
+/// Reads one source after the other; `add` receives the ranges of each and the clock of its stamps.
+template <class Add>
+Status read_sources(const RangeOptions& options, FindingList& findings, Strangers& strangers,
+                    const Add& add) {
+  for (const RangeFile& file : options.files) {
+    Result<io::RangeCsv> csv = io::read_ranges_csv(file.path, options.names);
     if (!csv) return tl::make_unexpected(csv.error());
-    list.findings.insert(list.findings.end(), csv->findings.begin(), csv->findings.end());
+    findings.insert(findings.end(), csv->findings.begin(), csv->findings.end());
     if (!csv->stats.unknown.empty()) {
       // Read again with their names: unusable ranges are reported row by row as well.
       for (const auto& [name, seen] : csv->stats.unknown) strangers.add(name);
-      csv = io::read_ranges_csv(path, strangers.names());
+      csv = io::read_ranges_csv(file.path, strangers.names());
       if (!csv) return tl::make_unexpected(csv.error());
     }
-    list.samples.insert(list.samples.end(), csv->samples.begin(), csv->samples.end());
+    add(file.clock, std::move(csv->samples));
   }
   for (const SerialLog& log : options.serial_logs) {
     Result<SerialRanges> ranges = read_serial_log(log, options);
     if (!ranges) return tl::make_unexpected(ranges.error());
-    list.findings.insert(list.findings.end(), ranges->findings.begin(), ranges->findings.end());
-    list.samples.insert(list.samples.end(), ranges->samples.begin(), ranges->samples.end());
+    findings.insert(findings.end(), ranges->findings.begin(), ranges->findings.end());
+    add(log.vehicle, std::move(ranges->samples));
   }
-  const Duration latency = options.latency();
-  for (sensor::RangeSample& sample : list.samples) sample.t = sample.t - latency;
+  return {};
+}
+
+/// Corrects the stamps of one clock's ranges.
+void correct(const RangeOptions& options, VehicleId clock, std::span<const double> clock_offsets_s,
+             std::vector<sensor::RangeSample>& samples) {
+  Duration shift = -options.latency();
+  if (clock.value < clock_offsets_s.size()) {
+    shift = shift + Duration::from_s(clock_offsets_s[clock.value]);
+  }
+  for (sensor::RangeSample& sample : samples) sample.t = sample.t + shift;
+}
+
+void sort_by_time(std::vector<sensor::RangeSample>& samples) {
   std::stable_sort(
-      list.samples.begin(), list.samples.end(),
+      samples.begin(), samples.end(),
       [](const sensor::RangeSample& a, const sensor::RangeSample& b) { return a.t < b.t; });
+}
+
+}  // namespace
+
+Result<RangeList> read_range_files(const RangeOptions& options,
+                                   std::span<const double> clock_offsets_s) {
+  RangeList list;
+  Strangers strangers(options.names);
+  const auto add = [&](VehicleId clock, std::vector<sensor::RangeSample> samples) {
+    correct(options, clock, clock_offsets_s, samples);
+    list.samples.insert(list.samples.end(), samples.begin(), samples.end());
+  };
+  if (Status s = read_sources(options, list.findings, strangers, add); !s) {
+    return tl::make_unexpected(s.error());
+  }
+  sort_by_time(list.samples);
   list.strangers = strangers.by_number();
   return list;
+}
+
+Result<std::vector<ClockedRanges>> read_clocked_ranges(const RangeOptions& options,
+                                                       std::span<const double> clock_offsets_s) {
+  std::vector<ClockedRanges> out;
+  FindingList ignored;  // read_range_files reports them
+  Strangers strangers(options.names);
+  const auto add = [&](VehicleId clock, std::vector<sensor::RangeSample> samples) {
+    correct(options, clock, clock_offsets_s, samples);
+    sort_by_time(samples);
+    out.push_back({clock, std::move(samples)});
+  };
+  if (Status s = read_sources(options, ignored, strangers, add); !s) {
+    return tl::make_unexpected(s.error());
+  }
+  return out;
 }
 
 ranging::RangeReason judge_range(const sensor::RangeSample& sample, const RangeOptions& options) {

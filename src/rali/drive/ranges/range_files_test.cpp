@@ -22,10 +22,11 @@ RangeOptions two_vehicles() {
 TEST(RangeFiles, sorts_rows_of_all_files_by_time_minus_latency) {
   const io::TestFolder folder;
   RangeOptions options = two_vehicles();
-  options.files = {folder.write("a.csv", "stamp_s,from,to,range_m\n3,v1,v2,5\n1,v2,v1,4\n"),
-                   folder.write("b.csv",
-                                "to,stamp_s,range_m,from,from_antenna\n"
-                                "v2,2,6,v1,rear\nv2,1,7,v1,\n")};
+  options.files = {{folder.write("a.csv", "stamp_s,from,to,range_m\n3,v1,v2,5\n1,v2,v1,4\n"), {}},
+                   {folder.write("b.csv",
+                                 "to,stamp_s,range_m,from,from_antenna\n"
+                                 "v2,2,6,v1,rear\nv2,1,7,v1,\n"),
+                    {}}};
   options.latency_s = 0.25;
   const auto list = read_range_files(options);
   ASSERT_TRUE(list) << list.error().message();
@@ -37,11 +38,32 @@ TEST(RangeFiles, sorts_rows_of_all_files_by_time_minus_latency) {
   EXPECT_EQ(list->samples[3].t, Time::from_s(2.75));
 }
 
+TEST(RangeFiles, correct_each_file_by_the_offset_of_the_clock_that_stamped_it) {
+  const io::TestFolder folder;
+  RangeOptions options = two_vehicles();
+  options.files = {{folder.write("a.csv", "stamp_s,from,to,range_m\n3,v1,v2,5\n"), VehicleId{0}},
+                   {folder.write("b.csv", "stamp_s,from,to,range_m\n1,v1,v2,6\n"), VehicleId{1}}};
+  options.latency_s = 0.5;
+  const std::vector<double> clock_offsets_s = {0.0, 10.0};
+  const auto list = read_range_files(options, clock_offsets_s);
+  ASSERT_TRUE(list);
+  ASSERT_EQ(list->samples.size(), 2U);
+  EXPECT_EQ(list->samples[0].t, Time::from_s(2.5));
+  EXPECT_EQ(list->samples[1].t, Time::from_s(10.5)) << "later than the first, on one clock";
+  const auto apart = read_clocked_ranges(options, clock_offsets_s);
+  ASSERT_TRUE(apart);
+  ASSERT_EQ(apart->size(), 2U);
+  EXPECT_EQ(apart->at(1).clock, VehicleId{1});
+  EXPECT_EQ(apart->at(1).samples.front().t, Time::from_s(10.5));
+}
+
 TEST(RangeFiles, keeps_rows_of_unknown_vehicles_by_name_with_a_finding) {
   const io::TestFolder folder;
   RangeOptions options = two_vehicles();
-  options.files = {folder.write(
-      "a.csv", "stamp_s,from,to,range_m\n1,v1,v7,5\n2,v1,v2,5\n3,v8,v7,5\n4,v1,v2/front,5\n")};
+  options.files = {
+      {folder.write("a.csv",
+                    "stamp_s,from,to,range_m\n1,v1,v7,5\n2,v1,v2,5\n3,v8,v7,5\n4,v1,v2/front,5\n"),
+       {}}};
   const auto list = read_range_files(options);
   ASSERT_TRUE(list);
   ASSERT_EQ(list->samples.size(), 4U);
@@ -57,7 +79,7 @@ TEST(RangeFiles, refuses_invalid_files_and_skips_invalid_rows) {
   const io::TestFolder folder;
   const auto read = [&](const std::string& text) {
     RangeOptions options = two_vehicles();
-    options.files = {folder.write("x.csv", text)};
+    options.files = {{folder.write("x.csv", text), {}}};
     return read_range_files(options);
   };
   for (const char* text : {"", "\n", "stamp_s,from,to\n1,v1,v2\n", "\x00\xff\x7f",
@@ -72,7 +94,7 @@ TEST(RangeFiles, refuses_invalid_files_and_skips_invalid_rows) {
   ASSERT_TRUE(list);
   EXPECT_EQ(list->samples.size(), 1U);
   RangeOptions missing = two_vehicles();
-  missing.files = {folder.path("none.csv")};
+  missing.files = {{folder.path("none.csv"), {}}};
   EXPECT_EQ(read_range_files(missing).error().code, ErrorCode::kInput);
 }
 

@@ -18,6 +18,12 @@ namespace rali::drive {
 /// (auto); the radio's clock; the recorder's.
 enum class RangeStamp { kAuto, kDevice, kRecord };
 
+/// A CSV of ranges.
+struct RangeFile {
+  std::string path;
+  VehicleId clock;  ///< the vehicle whose clock has stamped it
+};
+
 /// A topic of the recordings that carries ranges.
 struct RangeTopic {
   std::string topic;
@@ -33,7 +39,7 @@ struct SerialLog {
 
 /// Sources and properties of the ranges of a job; the same for all vehicles.
 struct RangeOptions {
-  std::vector<std::string> files;  ///< CSV
+  std::vector<RangeFile> files;
   std::vector<RangeTopic> topics;
   std::vector<SerialLog> serial_logs;
   io::RadioNames names;               ///< "v1", "v1/uwb"

@@ -83,7 +83,7 @@ TEST(SerialLog, ranges_are_merged_with_those_of_tables_by_time) {
   const io::TestFolder folder;
   RangeOptions options;
   options.names = {{"v1", {VehicleId{0}, 0}}, {"v2", {VehicleId{1}, 0}}};
-  options.files = {folder.write("r.csv", "stamp_s,from,to,range_m\n1001.5,v2,v1,7\n")};
+  options.files = {{folder.write("r.csv", "stamp_s,from,to,range_m\n1001.5,v2,v1,7\n"), {}}};
   options.serial_logs = {log_at(folder.write("v1.csv", log_of(100)))};
   const auto list = read_range_files(options);
   ASSERT_TRUE(list) << list.error().message();

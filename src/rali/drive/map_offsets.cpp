@@ -1,0 +1,106 @@
+#include <mutex>
+#include <utility>
+
+#include "rali/drive/internal/map_run_stages.hpp"
+#include "rali/drive/offset/clock_pass.hpp"
+#include "rali/drive/offset/time_offset.hpp"
+#include "rali/drive/open_events.hpp"
+
+namespace rali::drive::internal {
+
+/// Estimates the requested time offsets, for all vehicles in parallel, and opens their sources once
+/// more with the results.
+Status MapRun::find_time_offsets() {
+  std::vector<std::size_t> asked;
+  for (std::size_t i = 0; i < sources_.size() && !job_.facts; ++i) {
+    if (job_.vehicles[i].find_time_offset && sources_[i]->report().has_imu) asked.push_back(i);
+  }
+  std::vector<VehicleJob> jobs;
+  jobs.reserve(asked.size());
+  for (const std::size_t i : asked) jobs.push_back(member_job(job_, i, ranges_));
+  std::mutex reporting;  // the sink is not thread-safe
+  executor_->for_blocks(asked.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
+    Progress progress;
+    progress.vehicle = jobs[k].input.vehicle;
+    progress.stage = "time offset";
+    jobs[k].input.lidar_time_offset =
+        estimate_time_offset(jobs[k], *executor_, threads_ > 1, [&](double fraction) {
+          const std::lock_guard lock(reporting);
+          progress.fraction = fraction;
+          sink_.progress(progress);
+          return !stop_.load(std::memory_order_relaxed);
+        });
+  });
+  for (std::size_t k = 0; k < asked.size(); ++k) {
+    Result<std::unique_ptr<ReportedSource>> source = open_events(jobs[k]);
+    if (!source) return tl::make_unexpected(source.error());
+    sources_[asked[k]] = std::move(*source);
+    report(time_offset_finding(jobs[k].input.lidar_time_offset, sources_[asked[k]]->report()));
+  }
+  return {};
+}
+
+/// What each vehicle's clock needs, as far as it is known by now.
+std::vector<double> MapRun::clock_offsets_s() const {
+  std::vector<double> offsets_s;
+  for (const VehicleJob& vehicle : job_.vehicles) {
+    offsets_s.push_back(vehicle.input.clock_offset.value_s);
+  }
+  for (std::size_t i = 0; i < sources_.size(); ++i) {
+    offsets_s[i] = sources_[i]->report().clock_offset.value_s;
+  }
+  return offsets_s;
+}
+
+/// Plays all recordings through their odometry, in parallel, and compares their motion with the
+/// ranges that other clocks have stamped.
+Result<std::vector<ClockOffset>> MapRun::estimate_clock_offsets() {
+  std::vector<ClockPass> passes(job_.vehicles.size());
+  std::mutex reporting;  // the sink is not thread-safe
+  executor_->for_blocks(passes.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
+    VehicleJob job = member_job(job_, i, ranges_);
+    job.input.lidar_time_offset = sources_[i]->report().lidar_time_offset;
+    Progress progress;
+    progress.vehicle = job.input.vehicle;
+    progress.stage = "clock offset";
+    passes[i] = play_for_clock(job, *executor_, threads_ > 1, [&](double fraction) {
+      const std::lock_guard lock(reporting);
+      progress.fraction = fraction;
+      sink_.progress(progress);
+      return !stop_.load(std::memory_order_relaxed);
+    });
+    passes[i].evidence.known = job_.vehicles[i].clock_offset_given;
+  });
+  auto ranges = read_clocked_ranges(job_.ranges, clock_offsets_s());
+  if (!ranges) return tl::make_unexpected(ranges.error());
+  std::vector<ClockEvidence> evidence;
+  for (ClockPass& pass : passes) {
+    evidence.push_back(std::move(pass.evidence));
+    ranges->push_back(std::move(pass.ranges));
+  }
+  return judge_clock_offsets(evidence, *ranges, job_.ranges.latency_s.has_value());
+}
+
+/// Estimates the clocks of the vehicles and opens their sources once more with the results.
+Status MapRun::find_clock_offsets() {
+  auto offsets = estimate_clock_offsets();
+  if (!offsets) return tl::make_unexpected(offsets.error());
+  for (std::size_t i = 1; i < sources_.size(); ++i) {
+    if (job_.vehicles[i].clock_offset_given) continue;
+    VehicleJob job = member_job(job_, i, ranges_);
+    job.input.lidar_time_offset = sources_[i]->report().lidar_time_offset;
+    job.input.clock_offset = (*offsets)[i];
+    Result<std::unique_ptr<ReportedSource>> source = open_events(job);
+    if (!source) return tl::make_unexpected(source.error());
+    sources_[i] = std::move(*source);
+    report(clock_offset_finding(job.input.vehicle, job_.vehicles.front().input.vehicle,
+                                (*offsets)[i]));
+  }
+  // Their findings were reported when they were read first.
+  Result<RangeList> ranges = read_range_files(job_.ranges, clock_offsets_s());
+  if (!ranges) return tl::make_unexpected(ranges.error());
+  range_list_.samples = std::move(ranges->samples);
+  return {};
+}
+
+}  // namespace rali::drive::internal
