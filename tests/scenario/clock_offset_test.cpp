@@ -61,12 +61,19 @@ TEST_F(ClockOffset, is_found_from_motion_and_ranges) {
   EXPECT_NE(settings.find("clock_offset_s: -"), std::string::npos) << "a rerun needs no search";
 }
 
+TEST_F(ClockOffset, that_nobody_has_stated_is_reported) {
+  const Outcome run = map({});
+  ASSERT_EQ(run.code, kExitDone) << run.err;
+  EXPECT_TRUE(run_log_has("ahead of that of v1")) << sim_->read("out/run.log");
+  EXPECT_EQ(metrics()["vehicles"]["v2"]["clock_offset_s"], 0.0);
+}
+
 TEST_F(ClockOffset, that_is_given_is_added_to_all_stamps_without_a_search) {
   const Outcome run = map({"--set", "clock=offset", "--set", "vehicles.v2.clock_offset_s=-1"});
   ASSERT_EQ(run.code, kExitDone) << run.err;
   EXPECT_EQ(metrics()["vehicles"]["v2"]["clock_offset_s"], -1.0);
   EXPECT_TRUE(metrics()["vehicles"]["v2"]["clock_offset_sigma_s"].is_null());
-  EXPECT_FALSE(run_log_has("D17"));
+  EXPECT_FALSE(run_log_has("D17")) << "neither a search nor a contradiction";
   const Outcome judged =
       run_rali({"evaluate", sim_->path("out"), "--truth", sim_->path("sim/truth"), "-q"});
   EXPECT_EQ(judged.code, kExitDone) << judged.err;

@@ -54,7 +54,7 @@ std::vector<double> MapRun::clock_offsets_s() const {
 
 /// Plays all recordings through their odometry, in parallel, and compares their motion with the
 /// ranges that other clocks have stamped.
-Result<std::vector<ClockOffset>> MapRun::estimate_clock_offsets() {
+std::vector<ClockOffset> MapRun::estimate_clock_offsets() {
   std::vector<ClockPass> passes(job_.vehicles.size());
   std::mutex reporting;  // the sink is not thread-safe
   executor_->for_blocks(passes.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
@@ -71,36 +71,66 @@ Result<std::vector<ClockOffset>> MapRun::estimate_clock_offsets() {
     });
     passes[i].evidence.known = job_.vehicles[i].clock_offset_given;
   });
-  auto ranges = read_clocked_ranges(job_.ranges, clock_offsets_s());
-  if (!ranges) return tl::make_unexpected(ranges.error());
+  std::vector<sensor::RangeSample> ranges = range_list_.samples;
   std::vector<ClockEvidence> evidence;
   for (ClockPass& pass : passes) {
     evidence.push_back(std::move(pass.evidence));
-    ranges->push_back(std::move(pass.ranges));
+    ranges.insert(ranges.end(), pass.ranges.begin(), pass.ranges.end());
   }
-  return judge_clock_offsets(evidence, *ranges, job_.ranges.latency_s.has_value());
+  ClockSearch search;
+  search.latency_known = job_.ranges.latency_s.has_value();
+  return judge_clock_offsets(evidence, ranges, search);
 }
 
 /// Estimates the clocks of the vehicles and opens their sources once more with the results.
 Status MapRun::find_clock_offsets() {
-  auto offsets = estimate_clock_offsets();
-  if (!offsets) return tl::make_unexpected(offsets.error());
+  const std::vector<ClockOffset> offsets = estimate_clock_offsets();
   for (std::size_t i = 1; i < sources_.size(); ++i) {
     if (job_.vehicles[i].clock_offset_given) continue;
     VehicleJob job = member_job(job_, i, ranges_);
     job.input.lidar_time_offset = sources_[i]->report().lidar_time_offset;
-    job.input.clock_offset = (*offsets)[i];
+    job.input.clock_offset = offsets[i];
     Result<std::unique_ptr<ReportedSource>> source = open_events(job);
     if (!source) return tl::make_unexpected(source.error());
     sources_[i] = std::move(*source);
-    report(clock_offset_finding(job.input.vehicle, job_.vehicles.front().input.vehicle,
-                                (*offsets)[i]));
+    report(
+        clock_offset_finding(job.input.vehicle, job_.vehicles.front().input.vehicle, offsets[i]));
   }
   // Their findings were reported when they were read first.
   Result<RangeList> ranges = read_range_files(job_.ranges, clock_offsets_s());
   if (!ranges) return tl::make_unexpected(ranges.error());
   range_list_.samples = std::move(ranges->samples);
   return {};
+}
+
+/// Whether the clocks agree, as the user has said: the ranges are compared with the motion as it
+/// was published. A quick look, since it is seldom needed.
+void MapRun::check_clocks() {
+  if (!job_.known.common_clock || job_.find_clock_offsets || runs_.size() < 2) return;
+  std::vector<ClockEvidence> evidence;
+  for (std::size_t i = 0; i < runs_.size(); ++i) {
+    ClockEvidence& vehicle = evidence.emplace_back();
+    vehicle.antennas_body_m = job_.vehicles[i].settings.antennas_body_m;
+    std::uint32_t piece = 0;
+    for (const PoseRecord& pose : runs_[i].poses()) {
+      const bool lost = pose.quality == vehicle::PoseQuality::kDiverged;
+      piece += lost ? 1 : 0;
+      if (!lost) vehicle.poses.push_back({pose.t, pose.T_odom_body, piece, pose.degenerate});
+    }
+  }
+  std::vector<sensor::RangeSample> ranges;
+  for (const ranging::RangeUse* use : range_log_.in_order()) ranges.push_back(use->sample);
+  ClockSearch search;
+  search.half_s = 2.0;
+  search.windows_max = 6;
+  search.ranges_max = 80;
+  search.latency_known = job_.ranges.latency_s.has_value();
+  const std::vector<ClockOffset> offsets = judge_clock_offsets(evidence, ranges, search);
+  for (std::size_t i = 1; i < offsets.size(); ++i) {
+    auto other = other_clock_finding(job_.vehicles[i].input.vehicle,
+                                     job_.vehicles.front().input.vehicle, offsets[i]);
+    if (other) report(std::move(*other));
+  }
 }
 
 }  // namespace rali::drive::internal

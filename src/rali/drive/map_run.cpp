@@ -84,6 +84,8 @@ Status MapRun::run_vehicles() {
   log_.stage("odometry");
   join_fleet();
   log_.stage("fleet");
+  check_clocks();
+  log_.stage("clock check");
   Status status;
   for (std::size_t i = 0; i < members.size(); ++i) {
     const Status finished = finish_vehicle(i, members[i]);

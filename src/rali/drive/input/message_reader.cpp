@@ -54,6 +54,7 @@ void MessageReader::take_ranges(const RecordedMessage& message, EventSink& sink,
   }
   for (sensor::RangeSample& sample : ranges_) {
     sample.t = sample.t + clock_offset_;
+    sample.clock = options_.self;
     sink.push(sample);
   }
 }

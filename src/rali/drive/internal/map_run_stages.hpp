@@ -41,7 +41,8 @@ class MapRun {
   Status open_sources();
   Status find_time_offsets();
   Status find_clock_offsets();
-  [[nodiscard]] Result<std::vector<ClockOffset>> estimate_clock_offsets();
+  [[nodiscard]] std::vector<ClockOffset> estimate_clock_offsets();
+  void check_clocks();
   [[nodiscard]] std::vector<double> clock_offsets_s() const;
   Status open_session();
   void forget_keyframes();

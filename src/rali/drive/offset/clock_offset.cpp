@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -20,10 +21,8 @@ using ranging::TrackPoint;
 /// A window is as long as the vehicle stands: one position explains all its ranges. By inertial
 /// data alone the speed of the other is wrong by a constant for a shorter time.
 constexpr double kWindowMax_s = 40.0, kDegenerateWindow_s = 12.0, kWindowGrowth_s = 1.0;
-constexpr std::size_t kWindowsMax = 24;
-constexpr std::size_t kRangesMax = 300;  ///< of a window; more only take time
-constexpr std::size_t kRangesMin = 40;   ///< as ranging::PeerFit
-constexpr double kStanding_m = 0.05;     ///< a window must not reach into the next drive
+constexpr std::size_t kRangesMin = 40;  ///< as ranging::PeerFit
+constexpr double kStanding_m = 0.05;    ///< a window must not reach into the next drive
 constexpr double kDriven_m = 1.0;
 constexpr double kTrackMargin_s = 1.0;
 /// The second search, from the result of the first: fewer windows are lost at their ends.
@@ -49,10 +48,10 @@ struct MoverWindows {
 
 class ClockStudy {
  public:
-  ClockStudy(std::span<const ClockEvidence> vehicles, std::span<const ClockedRanges> ranges,
-             double search_s)
-      : vehicles_(vehicles), search_s_(search_s) {
-    for (const ClockedRanges& clocked : ranges) collect(clocked);
+  ClockStudy(std::span<const ClockEvidence> vehicles, std::span<const sensor::RangeSample> ranges,
+             const ClockSearch& search)
+      : vehicles_(vehicles), search_(search) {
+    collect(ranges);
   }
 
   /// One difference for each clock and mover that the motion tells.
@@ -77,21 +76,24 @@ class ClockStudy {
   }
 
  private:
-  using Pair = std::pair<Antenna, Antenna>;
+  /// Clock and the two antennas of a range.
+  using Link = std::tuple<std::size_t, Antenna, Antenna>;
 
-  void collect(const ClockedRanges& clocked) {
-    std::map<Pair, std::vector<ranging::TimedRange>> pairs;
-    for (const sensor::RangeSample& s : clocked.samples) {
+  void collect(std::span<const sensor::RangeSample> ranges) {
+    std::map<Link, std::vector<ranging::TimedRange>> links;
+    for (const sensor::RangeSample& s : ranges) {
       const Antenna from{s.from.value, s.from_antenna}, to{s.to.value, s.to_antenna};
-      if (!exists(from) || !exists(to) || from.first == to.first) continue;
-      if (!std::isfinite(s.range_m)) continue;
-      pairs[Pair{std::min(from, to), std::max(from, to)}].push_back({s.t, s.range_m});
+      const bool usable = exists(from) && exists(to) && from.first != to.first &&
+                          s.clock.value < vehicles_.size() && std::isfinite(s.range_m);
+      if (!usable) continue;
+      links[{s.clock.value, std::min(from, to), std::max(from, to)}].push_back({s.t, s.range_m});
     }
-    const std::size_t clock = clocked.clock.value;
-    for (const auto& [pair, ranges] : pairs) {
-      const auto& [a, b] = pair;
-      add_windows(clock, a, b, ranges);
-      add_windows(clock, b, a, ranges);
+    for (auto& [link, timed] : links) {
+      std::stable_sort(timed.begin(), timed.end(),
+                       [](const auto& a, const auto& b) { return a.t < b.t; });
+      const auto& [clock, a, b] = link;
+      add_windows(clock, a, b, timed);
+      add_windows(clock, b, a, timed);
     }
   }
 
@@ -102,7 +104,7 @@ class ClockStudy {
 
   /// How far the clock of a vehicle may be from another: its own is off by the latency only.
   [[nodiscard]] double search_of(std::size_t clock, std::size_t vehicle) const {
-    return clock == vehicle ? kRefine_s : search_s_;
+    return clock == vehicle ? kRefine_s : search_.half_s;
   }
 
   void add_windows(std::size_t clock, const Antenna& standing, const Antenna& mover,
@@ -145,7 +147,7 @@ class ClockStudy {
         part(track_of(mover), ranges.front().t - margin, ranges.back().t + margin);
     if (ranging::extent_m(track) < kDriven_m) return;
     StandWindow window{track, {}};
-    const std::size_t step = (ranges.size() + kRangesMax - 1) / kRangesMax;
+    const std::size_t step = (ranges.size() + search_.ranges_max - 1) / search_.ranges_max;
     for (std::size_t i = 0; i < ranges.size(); i += step) window.ranges.push_back(ranges[i]);
     movers_[{clock, mover.first}].windows.push_back(std::move(window));
   }
@@ -178,15 +180,15 @@ class ClockStudy {
   }
 
   /// Keeps windows evenly over the whole recording.
-  static void thin(std::vector<StandWindow>& windows) {
-    const std::size_t step = (windows.size() + kWindowsMax - 1) / kWindowsMax;
+  void thin(std::vector<StandWindow>& windows) const {
+    const std::size_t step = (windows.size() + search_.windows_max - 1) / search_.windows_max;
     std::vector<StandWindow> kept;
     for (std::size_t i = 0; i < windows.size(); i += step) kept.push_back(std::move(windows[i]));
     windows = std::move(kept);
   }
 
   std::span<const ClockEvidence> vehicles_;
-  double search_s_;
+  ClockSearch search_;
   std::map<Antenna, std::vector<TrackPoint>> tracks_;  ///< its addresses are those of the windows
   std::map<std::pair<std::size_t, std::size_t>, MoverWindows> movers_;  ///< by clock and mover
 };
@@ -202,7 +204,7 @@ const char* reason(ranging::NoOffset why) {
     case ranging::NoOffset::kBeyond:
       break;
   }
-  return "none within 10 s fits its motion";
+  return "none within the search fits its motion";
 }
 
 /// Joint estimate of all clocks and of the latency of the ranges.
@@ -224,8 +226,8 @@ struct ClockSolution {
   }
 };
 
-ClockSolution solve(std::span<const ClockEvidence> vehicles, std::span<const ClockedRanges> ranges,
-                    bool latency_known, double search_s) {
+ClockSolution solve(std::span<const ClockEvidence> vehicles,
+                    std::span<const sensor::RangeSample> ranges, const ClockSearch& search) {
   constexpr double kNothing = 1e-12, kCertain = 1e12;
   const auto count = static_cast<Eigen::Index>(vehicles.size());
   Eigen::MatrixXd H = kNothing * Eigen::MatrixXd::Identity(count + 1, count + 1);
@@ -233,10 +235,10 @@ ClockSolution solve(std::span<const ClockEvidence> vehicles, std::span<const Clo
   for (Eigen::Index i = 0; i < count; ++i) {
     if (i == 0 || vehicles[static_cast<std::size_t>(i)].known) H(i, i) = kCertain;
   }
-  H(count, count) = latency_known ? kCertain : 1.0 / (kLatencySigma_s * kLatencySigma_s);
+  H(count, count) = search.latency_known ? kCertain : 1.0 / (kLatencySigma_s * kLatencySigma_s);
   ClockSolution out;
   out.used.assign(vehicles.size(), 0);
-  ClockStudy study(vehicles, ranges, search_s);
+  ClockStudy study(vehicles, ranges, search);
   for (const Difference& d : study.differences()) {
     // Stamps of the clock minus those of the mover, at one moment.
     Eigen::VectorXd J = Eigen::VectorXd::Zero(count + 1);
@@ -259,9 +261,9 @@ ClockSolution solve(std::span<const ClockEvidence> vehicles, std::span<const Clo
 }  // namespace
 
 std::vector<ClockOffset> judge_clock_offsets(std::span<const ClockEvidence> vehicles,
-                                             std::span<const ClockedRanges> ranges,
-                                             bool latency_known) {
-  const ClockSolution first = solve(vehicles, ranges, latency_known, kClockSearch_s);
+                                             std::span<const sensor::RangeSample> ranges,
+                                             const ClockSearch& search) {
+  const ClockSolution first = solve(vehicles, ranges, search);
   std::vector<Duration> shifts(vehicles.size());
   std::vector<bool> found(vehicles.size());
   for (std::size_t v = 0; v < vehicles.size(); ++v) {
@@ -272,12 +274,13 @@ std::vector<ClockOffset> judge_clock_offsets(std::span<const ClockEvidence> vehi
   for (std::size_t v = 0; v < shifted.size(); ++v) {
     for (ClockPose& pose : shifted[v].poses) pose.t = pose.t + shifts[v];
   }
-  std::vector<ClockedRanges> shifted_ranges(ranges.begin(), ranges.end());
-  for (ClockedRanges& clocked : shifted_ranges) {
-    const Duration shift = shifts.at(clocked.clock.value);
-    for (sensor::RangeSample& s : clocked.samples) s.t = s.t + shift;
+  std::vector<sensor::RangeSample> shifted_ranges(ranges.begin(), ranges.end());
+  for (sensor::RangeSample& s : shifted_ranges) {
+    if (s.clock.value < shifts.size()) s.t = s.t + shifts[s.clock.value];
   }
-  const ClockSolution second = solve(shifted, shifted_ranges, latency_known, kRefine_s);
+  ClockSearch refine = search;
+  refine.half_s = kRefine_s;
+  const ClockSolution second = solve(shifted, shifted_ranges, refine);
   std::vector<ClockOffset> out(vehicles.size());
   for (std::size_t v = 0; v < vehicles.size(); ++v) {
     if (v == 0 || vehicles[v].known) continue;

@@ -28,24 +28,24 @@ struct ClockEvidence {
   bool known = false;  ///< the stamps already are on the clock of the fleet
 };
 
-/// Ranges stamped by one vehicle's clock.
-struct ClockedRanges {
-  VehicleId clock;
-  std::vector<sensor::RangeSample> samples;  ///< by time
+/// How much is looked at.
+struct ClockSearch {
+  double half_s = 10.0;          ///< how far apart clocks may be to be found
+  std::size_t windows_max = 24;  ///< stretches per clock and moving vehicle
+  std::size_t ranges_max = 300;  ///< per stretch
+  bool latency_known = false;    ///< it is already subtracted from the stamps
 };
 
 /// Estimates what must be added to each vehicle's stamps to get those of the fleet, which are the
 /// first vehicle's: from the ranges of a vehicle that moves to one that stands, stamped by another
 /// clock than its own. The latency of the ranges is estimated too, from ranges that a moving
 /// vehicle has stamped itself.
-/// @param latency_known it is already subtracted from the stamps
+/// @param ranges in any order
 /// @return one per vehicle; without a sigma, and with the reason, where it is not certain
-[[nodiscard]] std::vector<ClockOffset> judge_clock_offsets(std::span<const ClockEvidence> vehicles,
-                                                           std::span<const ClockedRanges> ranges,
-                                                           bool latency_known);
+[[nodiscard]] std::vector<ClockOffset> judge_clock_offsets(
+    std::span<const ClockEvidence> vehicles, std::span<const sensor::RangeSample> ranges,
+    const ClockSearch& search);
 
-/// How far apart clocks may be to be found [s].
-inline constexpr double kClockSearch_s = 10.0;
 inline constexpr double kClockSigmaMax_s = 0.05;
 
 }  // namespace rali::drive

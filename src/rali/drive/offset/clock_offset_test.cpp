@@ -43,21 +43,21 @@ struct Fleet {
   }
 
   /// Between all pairs, 10 per second, stamped by one clock.
-  [[nodiscard]] ClockedRanges ranges(std::size_t clock) const {
+  [[nodiscard]] std::vector<sensor::RangeSample> ranges(std::uint16_t clock) const {
     Rng rng(3, "clock");
-    ClockedRanges out;
-    out.clock = VehicleId{static_cast<std::uint16_t>(clock)};
+    std::vector<sensor::RangeSample> out;
     for (double t_s = 1.0; t_s < duration_s - 1.0; t_s += 0.1) {
       for (std::size_t b = 1; b < ahead_s.size(); ++b) {
         for (std::size_t a = 0; a < b; ++a) {
           sensor::RangeSample sample;
+          sample.clock = VehicleId{clock};
           sample.t = Time::from_s(t_s + latency_s + ahead_s[clock]);
           sample.from = VehicleId{static_cast<std::uint16_t>(a)};
           sample.to = VehicleId{static_cast<std::uint16_t>(b)};
           sample.range_m =
               (position(a, ahead_s.size(), t_s) - position(b, ahead_s.size(), t_s)).norm() + 0.1 +
               0.07 * rng.normal();
-          out.samples.push_back(sample);
+          out.push_back(sample);
         }
       }
     }
@@ -68,8 +68,8 @@ struct Fleet {
 TEST(ClockOffset, of_a_second_vehicle_by_ranges_that_the_first_has_stamped) {
   for (const double ahead_s : {-4.2}) {
     const Fleet fleet{{0.0, ahead_s}};
-    const std::vector<ClockedRanges> ranges = {fleet.ranges(0)};
-    const auto offsets = judge_clock_offsets(fleet.evidence(), ranges, false);
+    const auto ranges = fleet.ranges(0);
+    const auto offsets = judge_clock_offsets(fleet.evidence(), ranges, {});
     ASSERT_EQ(offsets.size(), 2U);
     EXPECT_EQ(offsets[0].value_s, 0.0);
     ASSERT_TRUE(offsets[1].sigma_s) << offsets[1].origin;
@@ -80,16 +80,16 @@ TEST(ClockOffset, of_a_second_vehicle_by_ranges_that_the_first_has_stamped) {
 
 TEST(ClockOffset, is_apart_from_the_latency_of_the_ranges) {
   const Fleet fleet{{0.0, 0.5}, 0.06};
-  const std::vector<ClockedRanges> ranges = {fleet.ranges(0)};
-  const auto offsets = judge_clock_offsets(fleet.evidence(), ranges, false);
+  const auto ranges = fleet.ranges(0);
+  const auto offsets = judge_clock_offsets(fleet.evidence(), ranges, {});
   ASSERT_TRUE(offsets[1].sigma_s) << offsets[1].origin;
   EXPECT_NEAR(offsets[1].value_s, -0.5, 0.02) << "not -0.44: the first vehicle shows the latency";
 }
 
 TEST(ClockOffset, of_three_vehicles_by_ranges_of_any_of_them) {
   const Fleet fleet{{0.0, 1.2, -0.8}};
-  const std::vector<ClockedRanges> ranges = {fleet.ranges(1)};
-  const auto offsets = judge_clock_offsets(fleet.evidence(), ranges, false);
+  const auto ranges = fleet.ranges(1);
+  const auto offsets = judge_clock_offsets(fleet.evidence(), ranges, {});
   ASSERT_TRUE(offsets[1].sigma_s) << offsets[1].origin;
   ASSERT_TRUE(offsets[2].sigma_s) << offsets[2].origin;
   EXPECT_NEAR(offsets[1].value_s, -1.2, 0.02);
@@ -100,8 +100,8 @@ TEST(ClockOffset, that_is_given_is_not_estimated_again) {
   const Fleet fleet{{0.0, 0.0, 0.7}};
   auto evidence = fleet.evidence();
   evidence[1].known = true;
-  const std::vector<ClockedRanges> ranges = {fleet.ranges(0)};
-  const auto offsets = judge_clock_offsets(evidence, ranges, false);
+  const auto ranges = fleet.ranges(0);
+  const auto offsets = judge_clock_offsets(evidence, ranges, {});
   EXPECT_EQ(offsets[1].value_s, 0.0);
   EXPECT_TRUE(offsets[1].origin.empty());
   EXPECT_NEAR(offsets[2].value_s, -0.7, 0.02);
@@ -109,9 +109,10 @@ TEST(ClockOffset, that_is_given_is_not_estimated_again) {
 
 TEST(ClockOffset, is_not_found_without_ranges_on_another_clock) {
   const Fleet fleet{{0.0, 0.35}};
-  for (const std::vector<ClockedRanges>& ranges :
-       {std::vector<ClockedRanges>{}, std::vector<ClockedRanges>{ClockedRanges{}}}) {
-    const auto offsets = judge_clock_offsets(fleet.evidence(), ranges, false);
+  for (const auto& ranges : {std::vector<sensor::RangeSample>{}, fleet.ranges(1)}) {
+    auto evidence = fleet.evidence();
+    std::erase_if(evidence[0].poses, [](const ClockPose& p) { return p.t > Time::from_s(20.0); });
+    const auto offsets = judge_clock_offsets(evidence, ranges, {});
     EXPECT_EQ(offsets[1].value_s, 0.0);
     EXPECT_FALSE(offsets[1].sigma_s);
     EXPECT_NE(offsets[1].origin.find("too few ranges"), std::string::npos) << offsets[1].origin;
@@ -120,19 +121,19 @@ TEST(ClockOffset, is_not_found_without_ranges_on_another_clock) {
 
 TEST(ClockOffset, beyond_the_search_is_not_found) {
   const Fleet fleet{{0.0, 300.0}};
-  const std::vector<ClockedRanges> ranges = {fleet.ranges(0)};
-  EXPECT_FALSE(judge_clock_offsets(fleet.evidence(), ranges, false)[1].sigma_s);
+  const auto ranges = fleet.ranges(0);
+  EXPECT_FALSE(judge_clock_offsets(fleet.evidence(), ranges, {})[1].sigma_s);
 }
 
 TEST(ClockOffset, ignores_ranges_of_strangers_and_of_no_number) {
   const Fleet fleet{{0.0, 0.35}};
-  ClockedRanges ranges = fleet.ranges(0);
-  for (std::size_t i = 0; i < ranges.samples.size(); i += 7) {
-    ranges.samples[i].range_m = std::nan("");
-    ranges.samples[i + 1].to = VehicleId{0x8005};
-    ranges.samples[i + 2].to_antenna = 9;
+  auto ranges = fleet.ranges(0);
+  for (std::size_t i = 0; i < ranges.size(); i += 7) {
+    ranges[i].range_m = std::nan("");
+    ranges[i + 1].to = VehicleId{0x8005};
+    ranges[i + 2].to_antenna = 9;
   }
-  const auto offsets = judge_clock_offsets(fleet.evidence(), {&ranges, 1}, false);
+  const auto offsets = judge_clock_offsets(fleet.evidence(), ranges, {});
   ASSERT_TRUE(offsets[1].sigma_s) << offsets[1].origin;
   EXPECT_NEAR(offsets[1].value_s, -0.35, 0.02);
 }

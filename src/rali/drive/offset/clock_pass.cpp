@@ -1,5 +1,7 @@
 #include "rali/drive/offset/clock_pass.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -28,12 +30,11 @@ class Pass {
   Pass(const vehicle::VehicleSettings& settings, VehicleId self, Executor& executor)
       : vehicle_(self, settings), executor_(executor) {
     out_.evidence.antennas_body_m = settings.antennas_body_m;
-    out_.ranges.clock = self;
   }
 
   void take(const vehicle::Event& event) {
     if (const auto* range = std::get_if<sensor::RangeSample>(&event)) {
-      out_.ranges.samples.push_back(*range);
+      out_.ranges.push_back(*range);
       return;
     }
     outputs_.clear();
@@ -101,6 +102,25 @@ Finding clock_offset_finding(const std::string& vehicle, const std::string& refe
   f.effect = "its stamps are taken as they are; ranges may fit no pose";
   f.remedy = fmt::format(
       "Let it drive past a vehicle that stands, or set vehicles.{}.clock_offset_s.", vehicle);
+  return f;
+}
+
+std::optional<Finding> other_clock_finding(const std::string& vehicle, const std::string& reference,
+                                           const ClockOffset& offset) {
+  constexpr double kMin_s = 0.1, kSigmas = 5.0;
+  if (!offset.sigma_s) return std::nullopt;
+  const double limit_s = std::max(kMin_s, kSigmas * *offset.sigma_s);
+  if (std::abs(offset.value_s) < limit_s) return std::nullopt;
+  Finding f;
+  f.id = "D17";
+  f.vehicle = vehicle;
+  f.severity = Severity::kWarning;
+  f.value = offset.value_s;
+  f.limit = limit_s;
+  f.text = fmt::format("clock: {:.2f} s {} that of {} ({})", std::abs(offset.value_s),
+                       offset.value_s < 0.0 ? "ahead of" : "behind", reference, offset.origin);
+  f.effect = "while a vehicle drove, its ranges were used at the wrong place of its path";
+  f.remedy = "Set clock: offset, and synchronise the computers before the next recording.";
   return f;
 }
 

@@ -11,7 +11,7 @@ namespace rali::drive {
 /// Plays one vehicle's whole input through its odometry, without ranges.
 struct ClockPass {
   ClockEvidence evidence;
-  ClockedRanges ranges;  ///< of the topics of its recordings
+  std::vector<sensor::RangeSample> ranges;  ///< of the topics of its recordings
 };
 
 /// @param job its input.clock_offset is added to the stamps
@@ -20,8 +20,15 @@ struct ClockPass {
 [[nodiscard]] ClockPass play_for_clock(const VehicleJob& job, Executor& executor, bool read_ahead,
                                        const std::function<bool(double fraction)>& go_on);
 
-/// D17 of `rali map`: the offset of one vehicle's clock, or that it is not known.
+/// D17 of `rali map`, clock: offset: what is added to one vehicle's stamps, or that it is not
+/// known.
 [[nodiscard]] Finding clock_offset_finding(const std::string& vehicle, const std::string& reference,
                                            const ClockOffset& offset);
+
+/// D17 of `rali map`, clock: synchronised: a clock that differs, by the result of a run. Empty if
+/// none does, or if it is not certain.
+[[nodiscard]] std::optional<Finding> other_clock_finding(const std::string& vehicle,
+                                                         const std::string& reference,
+                                                         const ClockOffset& offset);
 
 }  // namespace rali::drive

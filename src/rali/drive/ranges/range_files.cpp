@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <utility>
 
 #include "rali/drive/ranges/serial_log.hpp"
 
@@ -36,45 +35,18 @@ class Strangers {
   std::uint64_t count_ = 0;
 };
 
-/// Reads one source after the other; `add` receives the ranges of each and the clock of its stamps.
-template <class Add>
-Status read_sources(const RangeOptions& options, FindingList& findings, Strangers& strangers,
-                    const Add& add) {
-  for (const RangeFile& file : options.files) {
-    Result<io::RangeCsv> csv = io::read_ranges_csv(file.path, options.names);
-    if (!csv) return tl::make_unexpected(csv.error());
-    findings.insert(findings.end(), csv->findings.begin(), csv->findings.end());
-    if (!csv->stats.unknown.empty()) {
-      // Read again with their names: unusable ranges are reported row by row as well.
-      for (const auto& [name, seen] : csv->stats.unknown) strangers.add(name);
-      csv = io::read_ranges_csv(file.path, strangers.names());
-      if (!csv) return tl::make_unexpected(csv.error());
-    }
-    add(file.clock, std::move(csv->samples));
-  }
-  for (const SerialLog& log : options.serial_logs) {
-    Result<SerialRanges> ranges = read_serial_log(log, options);
-    if (!ranges) return tl::make_unexpected(ranges.error());
-    findings.insert(findings.end(), ranges->findings.begin(), ranges->findings.end());
-    add(log.vehicle, std::move(ranges->samples));
-  }
-  return {};
-}
-
-/// Corrects the stamps of one clock's ranges.
-void correct(const RangeOptions& options, VehicleId clock, std::span<const double> clock_offsets_s,
-             std::vector<sensor::RangeSample>& samples) {
+/// Appends one source's ranges, their stamps corrected for latency and clock.
+void append(const RangeOptions& options, VehicleId clock, std::span<const double> clock_offsets_s,
+            const std::vector<sensor::RangeSample>& samples, RangeList& list) {
   Duration shift = -options.latency();
   if (clock.value < clock_offsets_s.size()) {
     shift = shift + Duration::from_s(clock_offsets_s[clock.value]);
   }
-  for (sensor::RangeSample& sample : samples) sample.t = sample.t + shift;
-}
-
-void sort_by_time(std::vector<sensor::RangeSample>& samples) {
-  std::stable_sort(
-      samples.begin(), samples.end(),
-      [](const sensor::RangeSample& a, const sensor::RangeSample& b) { return a.t < b.t; });
+  for (const sensor::RangeSample& sample : samples) {
+    sensor::RangeSample& added = list.samples.emplace_back(sample);
+    added.t = sample.t + shift;
+    added.clock = clock;
+  }
 }
 
 }  // namespace
@@ -83,32 +55,29 @@ Result<RangeList> read_range_files(const RangeOptions& options,
                                    std::span<const double> clock_offsets_s) {
   RangeList list;
   Strangers strangers(options.names);
-  const auto add = [&](VehicleId clock, std::vector<sensor::RangeSample> samples) {
-    correct(options, clock, clock_offsets_s, samples);
-    list.samples.insert(list.samples.end(), samples.begin(), samples.end());
-  };
-  if (Status s = read_sources(options, list.findings, strangers, add); !s) {
-    return tl::make_unexpected(s.error());
+  for (const RangeFile& file : options.files) {
+    Result<io::RangeCsv> csv = io::read_ranges_csv(file.path, options.names);
+    if (!csv) return tl::make_unexpected(csv.error());
+    list.findings.insert(list.findings.end(), csv->findings.begin(), csv->findings.end());
+    if (!csv->stats.unknown.empty()) {
+      // Read again with their names: unusable ranges are reported row by row as well.
+      for (const auto& [name, seen] : csv->stats.unknown) strangers.add(name);
+      csv = io::read_ranges_csv(file.path, strangers.names());
+      if (!csv) return tl::make_unexpected(csv.error());
+    }
+    append(options, file.clock, clock_offsets_s, csv->samples, list);
   }
-  sort_by_time(list.samples);
+  for (const SerialLog& log : options.serial_logs) {
+    Result<SerialRanges> ranges = read_serial_log(log, options);
+    if (!ranges) return tl::make_unexpected(ranges.error());
+    list.findings.insert(list.findings.end(), ranges->findings.begin(), ranges->findings.end());
+    append(options, log.vehicle, clock_offsets_s, ranges->samples, list);
+  }
+  std::stable_sort(
+      list.samples.begin(), list.samples.end(),
+      [](const sensor::RangeSample& a, const sensor::RangeSample& b) { return a.t < b.t; });
   list.strangers = strangers.by_number();
   return list;
-}
-
-Result<std::vector<ClockedRanges>> read_clocked_ranges(const RangeOptions& options,
-                                                       std::span<const double> clock_offsets_s) {
-  std::vector<ClockedRanges> out;
-  FindingList ignored;  // read_range_files reports them
-  Strangers strangers(options.names);
-  const auto add = [&](VehicleId clock, std::vector<sensor::RangeSample> samples) {
-    correct(options, clock, clock_offsets_s, samples);
-    sort_by_time(samples);
-    out.push_back({clock, std::move(samples)});
-  };
-  if (Status s = read_sources(options, ignored, strangers, add); !s) {
-    return tl::make_unexpected(s.error());
-  }
-  return out;
 }
 
 ranging::RangeReason judge_range(const sensor::RangeSample& sample, const RangeOptions& options) {

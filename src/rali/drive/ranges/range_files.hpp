@@ -7,7 +7,6 @@
 
 #include "rali/base/finding.hpp"
 #include "rali/base/result.hpp"
-#include "rali/drive/offset/clock_offset.hpp"
 #include "rali/drive/ranges/range_options.hpp"
 #include "rali/ranging/range_use.hpp"
 #include "rali/sensor/range_sample.hpp"
@@ -27,10 +26,6 @@ struct RangeList {
 /// Errors: kInput (no file, a column missing, no valid row).
 [[nodiscard]] Result<RangeList> read_range_files(const RangeOptions& options,
                                                  std::span<const double> clock_offsets_s = {});
-
-/// The same ranges apart by the clock that has stamped them.
-[[nodiscard]] Result<std::vector<ClockedRanges>> read_clocked_ranges(
-    const RangeOptions& options, std::span<const double> clock_offsets_s);
 
 /// Checks a range without any pose: unknown antenna, or impossible length.
 /// @return kNoPose for a range that the vehicles have to judge
