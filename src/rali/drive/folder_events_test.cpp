@@ -102,6 +102,24 @@ TEST(FolderEvents, sort_inertial_rows_and_count_those_too_late_to_sort) {
   EXPECT_EQ(report.gaps.repeated, 0U);
 }
 
+TEST(FolderEvents, add_the_clock_offset_to_scans_and_inertial_samples) {
+  const io::TestFolder folder;
+  write_scans(folder);
+  folder.write("imu.csv", imu_rows(99.8, 0.01, "0,0,0,0,0,9.81"));
+  InputOptions options;
+  options.clock_offset.value_s = 7.0;
+  const auto plain = open_folder_events(folder.path(), "", InputOptions{});
+  const auto moved = open_folder_events(folder.path(), "", options);
+  ASSERT_TRUE(plain && moved);
+  drain(**plain);
+  drain(**moved);
+  const InputReport &p = (*plain)->report(), &m = (*moved)->report();
+  EXPECT_EQ(m.t_start, p.t_start + Duration::from_s(7.0)) << "an inertial sample";
+  EXPECT_EQ(m.t_end, p.t_end + Duration::from_s(7.0));
+  EXPECT_EQ(m.scans, p.scans);
+  EXPECT_EQ(m.imu_samples, p.imu_samples);
+}
+
 TEST(FolderEvents, an_empty_cloud_is_a_missing_scan) {
   const io::TestFolder folder;
   for (int i = 0; i < 4; ++i) {

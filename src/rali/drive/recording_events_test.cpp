@@ -95,6 +95,30 @@ TEST(RecordingEvents, applies_start_duration_and_the_lidar_time_offset) {
   EXPECT_NEAR(std::fmod(d.first_scan.s() - 1000.0, 0.1), 0.015, 2e-3) << "0.09 + 0.025 s";
 }
 
+TEST(RecordingEvents, adds_the_clock_offset_to_all_stamps_of_the_vehicle) {
+  const io::TestFolder folder;
+  FakeRecording recording;
+  recording.add_seconds(1000.0, 4.0, as_is);
+  recording.add_range(1003.905, 1003.92);
+  recording.add_seconds(1004.0, 1.0, as_is);
+  const std::string file = recording.save(folder);
+  InputOptions options = with_ranges();
+  options.self = VehicleId{1};
+  const auto plain = open_recording_events({file}, options);
+  options.clock_offset.value_s = -12.5;
+  const auto moved = open_recording_events({file}, options);
+  ASSERT_TRUE(plain && moved);
+  const Drained p = drain(**plain), m = drain(**moved);
+  const Duration offset = Duration::from_s(-12.5);
+  EXPECT_EQ(m.first, p.first + offset) << "an inertial sample";
+  EXPECT_EQ(m.first_scan, p.first_scan + offset);
+  EXPECT_EQ(m.last_scan, p.last_scan + offset);
+  EXPECT_EQ(m.ranges, (std::vector<Time>{Time::from_s(1003.905) + offset}));
+  EXPECT_EQ(m.scans, p.scans);
+  EXPECT_EQ((*moved)->report().t_start, (*plain)->report().t_start + offset);
+  EXPECT_EQ((*moved)->report().clock_offset.value_s, -12.5);
+}
+
 TEST(RecordingEvents, removes_a_common_clock_jump_of_both_sensors) {
   const io::TestFolder folder;
   FakeRecording recording;
