@@ -219,6 +219,12 @@ std::string input_text(const drive::InputReport& report) {
   if (!report.cloud_format.summary.empty()) {
     text += fmt::format("\nclouds of {}: {}", report.vehicle, report.cloud_format.summary);
   }
+  if (report.clock_offset.value_s != 0.0) {
+    text +=
+        fmt::format("\nclock of {}: {:+.4f} s added to all stamps ({})", report.vehicle,
+                    report.clock_offset.value_s,
+                    report.clock_offset.origin.empty() ? "settings" : report.clock_offset.origin);
+  }
   if (report.lidar_time_offset.value_s != 0.0) {
     text += fmt::format(
         "\ntime offset of {}: {:+.4f} s added to LiDAR stamps ({})", report.vehicle,

@@ -72,6 +72,7 @@ VehicleNumbers vehicle_numbers(const Json& v) {
   n.sigma_max_m = number(v, "sigma_max_m");
   n.diverged_s = number(v, "diverged_s");
   n.time_offset_s = number(v, "time_offset_s");
+  n.clock_offset_s = number(v, "clock_offset_s");
   n.accel_scale = number(v, "accel_scale");
   const Json& noise = at(v, "imu_noise");
   n.accel_noise = number(noise, "accel_mps2_rthz");

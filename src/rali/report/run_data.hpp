@@ -37,8 +37,8 @@ struct ErrorPoint {
 /// One vehicle's entry of metrics.json.
 struct VehicleNumbers {
   Number path_m, scans, scans_dropped, keyframes, degenerate_fraction, degenerate_held_fraction,
-      sigma_median_m, sigma_max_m, diverged_s, time_offset_s, accel_scale, accel_noise,
-      accel_noise_stated, gyro_noise,
+      sigma_median_m, sigma_max_m, diverged_s, time_offset_s, clock_offset_s, accel_scale,
+      accel_noise, accel_noise_stated, gyro_noise,
       gyro_noise_stated;  ///< noise: m/s2/rtHz, rad/s/rtHz
   NamedNumbers gaps;
 };

@@ -16,8 +16,9 @@ std::string noise_cell(const Number& measured, const Number& stated, int decimal
 std::string numbers_table(const RunData& run) {
   Table table({"vehicle", "path", "scans", "scans dropped", "keyframes", "degenerate",
                "degenerate part constrained by ranges", "expected error, median",
-               "expected error, largest", "diverged", "LiDAR clock off by", "accel. scale",
-               "accel. noise / stated [m/s2/rtHz]", "gyro noise / stated [rad/s/rtHz]"});
+               "expected error, largest", "diverged", "added to all stamps", "LiDAR clock off by",
+               "accel. scale", "accel. noise / stated [m/s2/rtHz]",
+               "gyro noise / stated [rad/s/rtHz]"});
   for (const VehicleView& v : run.vehicles) {
     const VehicleNumbers& n = v.numbers;
     table.row({escaped(v.name), metres(n.path_m), counted(n.scans), counted(n.scans_dropped),
@@ -25,6 +26,7 @@ std::string numbers_table(const RunData& run) {
                n.degenerate_fraction.value_or(0.0) > 0.0 ? percent(n.degenerate_held_fraction)
                                                          : fixed(kUnknown, 0),
                metres(n.sigma_median_m), metres(n.sigma_max_m), fixed(n.diverged_s, 1) + " s",
+               fixed(n.clock_offset_s, 4) + (n.clock_offset_s ? " s" : ""),
                n.time_offset_s ? fixed(1e3 * *n.time_offset_s, 1) + " ms" : fixed(kUnknown, 0),
                fixed(n.accel_scale, 4), noise_cell(n.accel_noise, n.accel_noise_stated, 4),
                noise_cell(n.gyro_noise, n.gyro_noise_stated, 5)});
