@@ -88,15 +88,17 @@ struct Vehicle::Impl {
   }
 
   [[nodiscard]] vehicle::Event inner(const RangeMeasurement& range) const {
-    return sensor::RangeSample{Time::from_ns(range.stamp_ns),
-                               id_of(range.from),
-                               id_of(range.to),
-                               range.from_antenna,
-                               range.to_antenna,
-                               range.range_m,
-                               range.sigma_m,
-                               range.rssi_dbm,
-                               range.first_path_dbm};
+    sensor::RangeSample sample;
+    sample.t = Time::from_ns(range.stamp_ns);
+    sample.from = id_of(range.from);
+    sample.to = id_of(range.to);
+    sample.from_antenna = range.from_antenna;
+    sample.to_antenna = range.to_antenna;
+    sample.range_m = range.range_m;
+    sample.sigma_m = range.sigma_m;
+    sample.rssi_dbm = range.rssi_dbm;
+    sample.first_path_dbm = range.first_path_dbm;
+    return sample;
   }
 
   [[nodiscard]] vehicle::Event inner(const PeerState& state) const {
