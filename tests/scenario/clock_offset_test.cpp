@@ -74,6 +74,9 @@ TEST_F(ClockOffset, that_is_given_is_added_to_all_stamps_without_a_search) {
   EXPECT_EQ(metrics()["vehicles"]["v2"]["clock_offset_s"], -1.0);
   EXPECT_TRUE(metrics()["vehicles"]["v2"]["clock_offset_sigma_s"].is_null());
   EXPECT_FALSE(run_log_has("D17")) << "neither a search nor a contradiction";
+  const auto stages = nlohmann::json::parse(sim_->read("out/timing.json"))["stages_s"];
+  EXPECT_FALSE(stages.contains("clock offset")) << "no pass before the run";
+  EXPECT_TRUE(stages.contains("clock check"));
   const Outcome judged =
       run_rali({"evaluate", sim_->path("out"), "--truth", sim_->path("sim/truth"), "-q"});
   EXPECT_EQ(judged.code, kExitDone) << judged.err;

@@ -1,4 +1,3 @@
-#include <mutex>
 #include <utility>
 
 #include "rali/drive/internal/map_run_stages.hpp"
@@ -8,8 +7,30 @@
 
 namespace rali::drive::internal {
 
-/// Estimates the requested time offsets, for all vehicles in parallel, and opens their sources once
-/// more with the results.
+/// For a pass over one vehicle's data: shows its progress; false once the run shall stop. May be
+/// called from several threads.
+std::function<bool(double)> MapRun::progress_of(const std::string& vehicle,
+                                                const std::string& stage) {
+  Progress progress;
+  progress.vehicle = vehicle;
+  progress.stage = stage;
+  return [this, progress](double fraction) mutable {
+    const std::lock_guard lock(reporting_);  // the sink is not thread-safe
+    progress.fraction = fraction;
+    sink_.progress(progress);
+    return !stop_.load(std::memory_order_relaxed);
+  };
+}
+
+/// Opens a vehicle's source once more, with what was found.
+Status MapRun::open_again(std::size_t index, const VehicleJob& job) {
+  Result<std::unique_ptr<ReportedSource>> source = open_events(job);
+  if (!source) return tl::make_unexpected(source.error());
+  sources_[index] = std::move(*source);
+  return {};
+}
+
+/// Estimates the requested time offsets, for all vehicles in parallel.
 Status MapRun::find_time_offsets() {
   std::vector<std::size_t> asked;
   for (std::size_t i = 0; i < sources_.size() && !job_.facts; ++i) {
@@ -18,23 +39,12 @@ Status MapRun::find_time_offsets() {
   std::vector<VehicleJob> jobs;
   jobs.reserve(asked.size());
   for (const std::size_t i : asked) jobs.push_back(member_job(job_, i, ranges_));
-  std::mutex reporting;  // the sink is not thread-safe
   executor_->for_blocks(asked.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
-    Progress progress;
-    progress.vehicle = jobs[k].input.vehicle;
-    progress.stage = "time offset";
-    jobs[k].input.lidar_time_offset =
-        estimate_time_offset(jobs[k], *executor_, threads_ > 1, [&](double fraction) {
-          const std::lock_guard lock(reporting);
-          progress.fraction = fraction;
-          sink_.progress(progress);
-          return !stop_.load(std::memory_order_relaxed);
-        });
+    jobs[k].input.lidar_time_offset = estimate_time_offset(
+        jobs[k], *executor_, threads_ > 1, progress_of(jobs[k].input.vehicle, "time offset"));
   });
   for (std::size_t k = 0; k < asked.size(); ++k) {
-    Result<std::unique_ptr<ReportedSource>> source = open_events(jobs[k]);
-    if (!source) return tl::make_unexpected(source.error());
-    sources_[asked[k]] = std::move(*source);
+    if (Status s = open_again(asked[k], jobs[k]); !s) return s;
     report(time_offset_finding(jobs[k].input.lidar_time_offset, sources_[asked[k]]->report()));
   }
   return {};
@@ -56,19 +66,11 @@ std::vector<double> MapRun::clock_offsets_s() const {
 /// ranges that other clocks have stamped.
 std::vector<ClockOffset> MapRun::estimate_clock_offsets() {
   std::vector<ClockPass> passes(job_.vehicles.size());
-  std::mutex reporting;  // the sink is not thread-safe
   executor_->for_blocks(passes.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
     VehicleJob job = member_job(job_, i, ranges_);
     job.input.lidar_time_offset = sources_[i]->report().lidar_time_offset;
-    Progress progress;
-    progress.vehicle = job.input.vehicle;
-    progress.stage = "clock offset";
-    passes[i] = play_for_clock(job, *executor_, threads_ > 1, [&](double fraction) {
-      const std::lock_guard lock(reporting);
-      progress.fraction = fraction;
-      sink_.progress(progress);
-      return !stop_.load(std::memory_order_relaxed);
-    });
+    passes[i] = play_for_clock(job, *executor_, threads_ > 1,
+                               progress_of(job.input.vehicle, "clock offset"));
     passes[i].evidence.known = job_.vehicles[i].clock_offset_given;
   });
   std::vector<sensor::RangeSample> ranges = range_list_.samples;
@@ -90,9 +92,7 @@ Status MapRun::find_clock_offsets() {
     VehicleJob job = member_job(job_, i, ranges_);
     job.input.lidar_time_offset = sources_[i]->report().lidar_time_offset;
     job.input.clock_offset = offsets[i];
-    Result<std::unique_ptr<ReportedSource>> source = open_events(job);
-    if (!source) return tl::make_unexpected(source.error());
-    sources_[i] = std::move(*source);
+    if (Status status = open_again(i, job); !status) return status;
     report(
         clock_offset_finding(job.input.vehicle, job_.vehicles.front().input.vehicle, offsets[i]));
   }
@@ -111,11 +111,8 @@ void MapRun::check_clocks() {
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     ClockEvidence& vehicle = evidence.emplace_back();
     vehicle.antennas_body_m = job_.vehicles[i].settings.antennas_body_m;
-    std::uint32_t piece = 0;
     for (const PoseRecord& pose : runs_[i].poses()) {
-      const bool lost = pose.quality == vehicle::PoseQuality::kDiverged;
-      piece += lost ? 1 : 0;
-      if (!lost) vehicle.poses.push_back({pose.t, pose.T_odom_body, piece, pose.degenerate});
+      vehicle.add(pose.t, pose.T_odom_body, pose.quality, pose.degenerate);
     }
   }
   std::vector<sensor::RangeSample> ranges;

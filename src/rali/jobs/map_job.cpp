@@ -160,7 +160,9 @@ Result<drive::MapJob> make_map_job(const FleetConfig& fleet, const MapOptions& o
   }
   job.fleet = fleet.settings.fleet;
   job.fleet.ranging = job.vehicles.front().settings.ranging;
-  job.find_clock_offsets = fleet.clock == config::Clock::kOffset && fleet.vehicles.size() > 1;
+  const bool asked = std::any_of(fleet.vehicles.begin() + 1, fleet.vehicles.end(),
+                                 [](const VehicleConfig& v) { return !v.clock_offset_s; });
+  job.find_clock_offsets = fleet.clock == config::Clock::kOffset && asked;
   job.known = fleet_knowledge(fleet);
   Result<drive::RoundsJob> rounds = rounds_job(fleet, job.ranges.names);
   if (!rounds) return tl::make_unexpected(rounds.error());

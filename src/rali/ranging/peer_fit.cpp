@@ -12,7 +12,6 @@ namespace {
 using geometry::Vec3;
 
 constexpr double kTrackGap_s = 0.5;
-constexpr std::size_t kRangesMin = 40;
 constexpr double kBiasSigma_m = 0.5;
 /// A level track does not determine the sign of the peer's height.
 constexpr double kHeightSigma_m = 3.0;

@@ -45,7 +45,7 @@ class PeerFit {
   /// Position [m], bias [m], error of the track's speed [m/s] and acceleration [m/s^2].
   using State = Eigen::Matrix<double, 10, 1>;
 
-  /// False with fewer than 40 ranges on the track, or without a finite solution.
+  /// False with fewer than kRangesMin ranges on the track, or without a finite solution.
   [[nodiscard]] bool solve();
 
   /// Descends from another start, such as the solution for a similar offset, and keeps the better.
@@ -67,6 +67,7 @@ class PeerFit {
 
   /// Residuals beyond it are increasingly downweighted.
   static constexpr double kScale_m = 0.15;
+  static constexpr std::size_t kRangesMin = 40;
 
  private:
   struct Sample {

@@ -20,10 +20,10 @@ constexpr double kResidualMin_m = 0.02;
 
 /// The ranges that lie on the track for all offsets of the search, so that all offsets are judged
 /// by the same ranges.
-std::vector<TimedRange> within(const StandWindow& window, double half_s) {
+std::vector<TimedRange> within(const StandWindow& window, double largest_s) {
   std::vector<TimedRange> inside;
   if (window.track.empty()) return inside;
-  const Duration margin = Duration::from_s(half_s + kFine_s);
+  const Duration margin = Duration::from_s(largest_s);
   for (const TimedRange& range : window.ranges) {
     const bool covered =
         range.t - margin >= window.track.front().t && range.t + margin <= window.track.back().t;
@@ -144,11 +144,12 @@ std::optional<StampOffset> find_stamp_offset(std::span<const StandWindow> window
     if (unknown) *unknown = why;
     return std::nullopt;
   };
+  const bool wide = half_s > kFineHalf_s;
+  const double largest_s = half_s + (wide ? kFineHalf_s : kFine_s);
   std::vector<StandWindow> inside;
   for (const StandWindow& window : windows) {
-    inside.push_back({window.track, within(window, half_s)});
+    inside.push_back({window.track, within(window, largest_s)});
   }
-  const bool wide = half_s > kFineHalf_s;
   const Scan coarse =
       wide ? scan(thinned(inside), 0.0, half_s, kCoarse_s) : scan(inside, 0.0, half_s, kFine_s);
   if (coarse.costs.empty()) return none(NoOffset::kTooLittle);

@@ -31,8 +31,8 @@ enum class NoOffset {
 };
 
 /// The offset, within half_s, for which the ranges fit the motion. Only changes of the distance
-/// tell it: a vehicle that starts, stops or passes by. The standing antenna is estimated in each
-/// window, with the pair's bias. sigma covers what the windows disagree by, the latency of the
+/// determine it: a vehicle that starts, stops or passes by. The standing antenna is estimated in
+/// each window, with the pair's bias. sigma covers what the windows disagree by, the latency of the
 /// ranges is part of the offset.
 /// @param unknown receives the reason if there is none
 [[nodiscard]] std::optional<StampOffset> find_stamp_offset(std::span<const StandWindow> windows,

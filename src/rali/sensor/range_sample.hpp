@@ -14,7 +14,7 @@ struct RangeSample {
   double sigma_m = 0.0;         ///< 0: take the setting's
   double rssi_dbm = 0.0;        ///< 0: unknown
   double first_path_dbm = 0.0;  ///< 0: unknown
-  VehicleId clock;              ///< the vehicle whose clock has stamped it
+  VehicleId clock;              ///< the vehicle whose clock has stamped it, in recordings
 };
 
 /// Strength of the radio link between two vehicles.

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
+#include <mutex>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -39,6 +42,9 @@ class MapRun {
   Result<MapSummary> run_in_folder();
 
   Status open_sources();
+  [[nodiscard]] std::function<bool(double)> progress_of(const std::string& vehicle,
+                                                        const std::string& stage);
+  Status open_again(std::size_t index, const VehicleJob& job);
   Status find_time_offsets();
   Status find_clock_offsets();
   [[nodiscard]] std::vector<ClockOffset> estimate_clock_offsets();
@@ -66,6 +72,7 @@ class MapRun {
   const MapJob& job_;
   ProgressSink& sink_;
   const std::atomic<bool>& stop_;
+  std::mutex reporting_;  ///< of progress, by passes in parallel
   int threads_;
   std::unique_ptr<Executor> executor_;
   std::vector<std::unique_ptr<ReportedSource>> sources_;

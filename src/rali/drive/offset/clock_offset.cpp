@@ -21,8 +21,7 @@ using ranging::TrackPoint;
 /// A window is as long as the vehicle stands: one position explains all its ranges. By inertial
 /// data alone the speed of the other is wrong by a constant for a shorter time.
 constexpr double kWindowMax_s = 40.0, kDegenerateWindow_s = 12.0, kWindowGrowth_s = 1.0;
-constexpr std::size_t kRangesMin = 40;  ///< as ranging::PeerFit
-constexpr double kStanding_m = 0.05;    ///< a window must not reach into the next drive
+constexpr double kStanding_m = 0.05;  ///< a window must not reach into the next drive
 constexpr double kDriven_m = 1.0;
 constexpr double kTrackMargin_s = 1.0;
 /// The second search, from the result of the first: fewer windows are lost at their ends.
@@ -54,7 +53,7 @@ class ClockStudy {
     collect(ranges);
   }
 
-  /// One difference for each clock and mover that the motion tells.
+  /// One difference for each clock and mover that the motion determines.
   [[nodiscard]] std::vector<Difference> differences() {
     std::vector<Difference> found;
     for (auto& [key, mover] : movers_) {
@@ -67,7 +66,7 @@ class ClockStudy {
     return found;
   }
 
-  /// Why ranges of other clocks do not tell the clock of this vehicle.
+  /// Why ranges of other clocks do not determine the clock of this vehicle.
   [[nodiscard]] ranging::NoOffset why_not(std::size_t vehicle) const {
     for (const auto& [key, mover] : movers_) {
       if (key.second == vehicle && key.first != vehicle) return mover.why;
@@ -109,11 +108,12 @@ class ClockStudy {
 
   void add_windows(std::size_t clock, const Antenna& standing, const Antenna& mover,
                    const std::vector<ranging::TimedRange>& ranges) {
-    if (ranges.size() < kRangesMin) return;
+    if (ranges.size() < ranging::PeerFit::kRangesMin) return;
     const Duration margin = Duration::from_s(search_of(clock, standing.first));
     for (std::size_t begin = 0; begin < ranges.size();) {
       const std::size_t end = end_of_stand(standing, mover, ranges, begin, margin);
-      if (end - begin >= kRangesMin) add_window(clock, mover, {ranges.data() + begin, end - begin});
+      if (end - begin >= ranging::PeerFit::kRangesMin)
+        add_window(clock, mover, {ranges.data() + begin, end - begin});
       begin = std::max(end, begin + 1);
     }
   }
@@ -219,8 +219,8 @@ struct ClockSolution {
   }
 
   [[nodiscard]] std::string why_not(std::size_t vehicle) const {
-    constexpr double kTold_s = 1.0;  // else no range tells anything
-    if (!is_within(vehicle, kTold_s)) return fmt::format("not found: {}", reasons[vehicle]);
+    constexpr double kObserved_s = 1.0;  // beyond it no range has observed it
+    if (!is_within(vehicle, kObserved_s)) return fmt::format("not found: {}", reasons[vehicle]);
     return fmt::format("not found: known to {:.0f} ms only (1 sigma)",
                        1e3 * sigma_s[static_cast<Eigen::Index>(vehicle)]);
   }
@@ -259,6 +259,15 @@ ClockSolution solve(std::span<const ClockEvidence> vehicles,
 }
 
 }  // namespace
+
+void ClockEvidence::add(Time t, const geometry::SE3& T_odom_body, vehicle::PoseQuality quality,
+                        bool degenerate) {
+  if (quality == vehicle::PoseQuality::kDiverged) {
+    ++piece;
+  } else {
+    poses.push_back({t, T_odom_body, piece, degenerate});
+  }
+}
 
 std::vector<ClockOffset> judge_clock_offsets(std::span<const ClockEvidence> vehicles,
                                              std::span<const sensor::RangeSample> ranges,

@@ -10,6 +10,7 @@
 #include "rali/drive/input/input_report.hpp"
 #include "rali/geometry/se3.hpp"
 #include "rali/sensor/range_sample.hpp"
+#include "rali/vehicle/event.hpp"
 
 namespace rali::drive {
 
@@ -21,11 +22,15 @@ struct ClockPose {
   bool degenerate = false;  ///< the speed is that of the inertial data
 };
 
-/// What one vehicle's data tell about its clock.
+/// What is known of one vehicle's clock: its motion on it.
 struct ClockEvidence {
+  /// The next pose by time. A lost one is left out, and a new piece starts.
+  void add(Time t, const geometry::SE3& T_odom_body, vehicle::PoseQuality quality, bool degenerate);
+
   std::vector<ClockPose> poses;
   std::vector<geometry::Vec3> antennas_body_m;
-  bool known = false;  ///< the stamps already are on the clock of the fleet
+  bool known = false;       ///< the stamps already are on the clock of the fleet
+  std::uint32_t piece = 0;  ///< of the next pose
 };
 
 /// How much is looked at.

@@ -51,18 +51,13 @@ class Pass {
 
  private:
   void take(const vehicle::PoseEstimate& pose) {
-    if (pose.quality == vehicle::PoseQuality::kDiverged) {
-      ++piece_;
-      return;
-    }
-    out_.evidence.poses.push_back(
-        {pose.t, pose.T_local_body, piece_, pose.degeneracy.degenerate && !pose.at_rest});
+    out_.evidence.add(pose.t, pose.T_local_body, pose.quality,
+                      pose.degeneracy.degenerate && !pose.at_rest);
   }
 
   vehicle::Vehicle vehicle_;
   Executor& executor_;
   vehicle::OutputList outputs_;
-  std::uint32_t piece_ = 0;
   ClockPass out_;
 };
 
@@ -120,7 +115,9 @@ std::optional<Finding> other_clock_finding(const std::string& vehicle, const std
   f.text = fmt::format("clock: {:.2f} s {} that of {} ({})", std::abs(offset.value_s),
                        offset.value_s < 0.0 ? "ahead of" : "behind", reference, offset.origin);
   f.effect = "while a vehicle drove, its ranges were used at the wrong place of its path";
-  f.remedy = "Set clock: offset, and synchronise the computers before the next recording.";
+  f.remedy =
+      "Set clock: offset; if the ranges are late instead, ranges.latency_s. Synchronise the "
+      "computers before the next recording.";
   return f;
 }
 
