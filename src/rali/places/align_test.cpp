@@ -12,6 +12,7 @@
 namespace rali::places {
 namespace {
 
+using geometry::Mat3;
 using geometry::Mat6;
 using geometry::SE3;
 using geometry::Vec3;
@@ -64,6 +65,30 @@ TEST(align, is_degenerate_along_a_smooth_tunnel_and_keeps_the_initial_offset) {
   EXPECT_EQ(r.directions[0].category, degeneracy::Category::kNone);
   EXPECT_LT((error - axis * error.dot(axis)).norm(), 0.02);
   EXPECT_NEAR(error.dot(axis), 0.5, 0.1);
+}
+
+// With the normal of one plane alone, pitch and yaw were 0.1 deg off: the means of two planes that
+// touch the circle at different places do not lie on each other's plane.
+TEST(align, in_a_round_pipe_roll_keeps_its_start_and_the_rest_is_found) {
+  Rng rng(3);
+  const test::Pipe pipe;
+  const SE3 a = at(0.0, 0.0, 1.0), b = at(3.0, 0.1, -2.0);
+  const Submap target = test::map_of(pipe, path(a, 5), rng, 0.003);
+  const Submap source = test::map_of(pipe, path(b, 5), rng, 0.003);
+  const SE3 truth = a.inverse() * b;
+  const Vec3 axis = a.R.transpose() * Vec3::UnitX();
+  for (const double roll_deg : {-1.0, 0.0, 1.0}) {
+    const Mat3 turn = geometry::so3_exp(roll_deg * kDegree * axis);
+    SE3 start = truth;
+    start.R = turn * truth.R;
+    const Vec3 center = a.inverse() * Vec3(0.0, 0.0, pipe.radius_m);
+    start.p = center + turn * (truth.p - center);
+    const Registration r = align(target, source, start, AlignSettings{});
+    const Vec3 error = geometry::so3_log(r.T_target_source.R * truth.R.transpose()) / kDegree;
+    EXPECT_NEAR(error.dot(axis), roll_deg, 0.1);
+    EXPECT_GT(r.directions[3].sigma, 0.4 * kDegree);
+    EXPECT_LT((error - axis * error.dot(axis)).norm(), 0.05);
+  }
 }
 
 TEST(align, nees_over_50_pairs_is_consistent_with_its_information) {

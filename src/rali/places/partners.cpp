@@ -47,7 +47,7 @@ void Partners::find(const Submap& target, const SE3& T, const Gate& gate) {
       const Plane& t = planes[k];
       if (n.dot(t.n) < cos_min) return;
       const Vec3 d = x - t.q_m;
-      const double r = t.n.dot(d);
+      const double r = 0.5 * (t.n + n).dot(d);
       const double lateral2 = d.squaredNorm() - r * r;
       const double reach = t.radius_m + (gate.fine ? 0.0 : gate.search_m);
       if (std::abs(r) > gate.distance_m || lateral2 > reach * reach) return;
@@ -60,9 +60,11 @@ void Partners::find(const Submap& target, const SE3& T, const Gate& gate) {
     if (!found) continue;
     if (gate.fine) {
       const Plane& t = planes[partner];
-      const double r = t.n.dot(x - t.q_m);
-      const double sigma = std::sqrt(t.variance_at(x) + s.var_offset +
-                                     settings_.rough_sigma_m * settings_.rough_sigma_m);
+      const Vec3 d = x - t.q_m;
+      const double r = 0.5 * (t.n + n).dot(d);
+      const double sigma =
+          std::sqrt(t.var_offset + s.var_offset + rough2() +
+                    0.25 * (t.tilt_variance_at(d) + s.tilt_variance_at(T.R.transpose() * d)));
       if (std::abs(r) > std::max(settings_.gate_min_m, settings_.gate_sigma * sigma)) continue;
     }
     pairs_.push_back({partner, i});
@@ -72,18 +74,24 @@ void Partners::find(const Submap& target, const SE3& T, const Gate& gate) {
   });
 }
 
-double Partners::weight(double r, double variance_m2, const Plane& source) const {
-  const double rough = settings_.rough_sigma_m * settings_.rough_sigma_m;
+double Partners::rough2() const { return settings_.rough_sigma_m * settings_.rough_sigma_m; }
+
+/// @param of_target_m2, of_source_m2 variances of the residual; only the first is shared by its
+/// pairs
+double Partners::weight(double r, double of_target_m2, double of_source_m2) const {
   if (!gate_.fine) {
     const double scale = gate_.distance_m / 3.0;
     return geometry::cauchy_weight(r / scale, 1.0) / (scale * scale);
   }
-  const double s2 = source.var_offset + rough;
-  return geometry::cauchy_weight(r / std::sqrt(s2 + variance_m2), settings_.cauchy_scale) / s2;
+  const double s2 = of_source_m2 + rough2();
+  return geometry::cauchy_weight(r / std::sqrt(s2 + of_target_m2), settings_.cauchy_scale) / s2;
 }
 
 /// All pairs with one plane of the target share its three errors (algorithms 2.4):
-/// I = HH - HA (Spl^-1 + AA)^-1 HA^T.
+/// I = HH - HA (Spl^-1 + AA)^-1 HA^T. The residual is symmetric in both planes (Rusinkiewicz 2019),
+/// r = d.(n_t + n_s)/2: zero wherever both lie on one circle or sphere, so that a bent surface that
+/// slides along itself gives no information. With the normal of one plane alone, roll in a round
+/// pipe would be determined by the distances between neighbouring means.
 void Partners::add_plane(std::span<const Pair> pairs, const Plane& plane, const SE3& T,
                          System& system) {
   geometry::Mat6 HH = geometry::Mat6::Zero();
@@ -92,27 +100,34 @@ void Partners::add_plane(std::span<const Pair> pairs, const Plane& plane, const 
   Vec6 Hr = Vec6::Zero();
   Vec3 Ar = Vec3::Zero();
   Vec3 lever = Vec3::Zero();
+  Vec3 normal = Vec3::Zero();
+  Mat3 tilt = Mat3::Zero();  // of the source's planes
   double sum = 0.0;
-  const Vec3 m = T.R.transpose() * plane.n;
+  const Vec3 q = plane.q_m - T.p;
   for (const Pair& pair : pairs) {
     const Plane& s = source_[pair.source];
-    const Vec3 x = T * s.q_m;
-    const Vec3 d = x - plane.q_m;
-    const double r = plane.n.dot(d);
-    const double w = weight(r, plane.variance_at(x), s);
+    const Vec3 x = T.R * s.q_m;
+    const Vec3 n_s = T.R * s.n;
+    const Vec3 d = x - q;
+    const Vec3 n = 0.5 * (plane.n + n_s);
+    const double r = n.dot(d);
+    const double of_source = 0.25 * s.tilt_variance_at(T.R.transpose() * d);
+    const double w =
+        weight(r, plane.var_offset + 0.25 * plane.tilt_variance_at(d), s.var_offset + of_source);
     Vec6 H;
-    H << s.q_m.cross(m), plane.n;
-    const Vec3 A(plane.e1.dot(d), plane.e2.dot(d), -1.0);
+    H << T.R.transpose() * (0.5 * (x.cross(plane.n) + q.cross(n_s))), n;
+    const Vec3 A(0.5 * plane.e1.dot(d), 0.5 * plane.e2.dot(d), -1.0);
     HH.noalias() += w * H * H.transpose();
     HA.noalias() += w * H * A.transpose();
     AA.noalias() += w * A * A.transpose();
     Hr += w * r * H;
     Ar += w * r * A;
-    lever += w * (T.R * s.q_m);
+    lever += w * 0.5 * (x + q);
+    normal += w * n;
+    tilt += w * T.R * s.normal_covariance() * T.R.transpose();
     sum += w;
     ++system.matches;
-    const double robust =
-        w * (gate_.fine ? s.var_offset + settings_.rough_sigma_m * settings_.rough_sigma_m : 1.0);
+    const double robust = w * (gate_.fine ? s.var_offset + of_source + rough2() : 1.0);
     system.square_sum_m2 += robust * r * r;
     system.weight_sum += robust;
   }
@@ -125,10 +140,9 @@ void Partners::add_plane(std::span<const Pair> pairs, const Plane& plane, const 
   system.I += HH;
   system.b += Hr;
   degeneracy::PlaneEvidence e;
-  e.n_odom = plane.n;
+  e.n_odom = normal.normalized();
   e.lever_odom_m = lever / sum;
-  e.normal_covariance = plane.var_tilt1 * plane.e1 * plane.e1.transpose() +
-                        plane.var_tilt2 * plane.e2 * plane.e2.transpose();
+  e.normal_covariance = 0.25 * (plane.normal_covariance() + tilt / sum);
   e.weight = 1.0 / (1.0 / sum + plane.var_offset);
   e.points = static_cast<int>(pairs.size());
   evidence_.push_back(e);

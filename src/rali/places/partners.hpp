@@ -54,7 +54,8 @@ class Partners {
 
   void add_plane(std::span<const Pair> pairs, const Plane& plane,
                  const geometry::SE3& T_target_source, System& system);
-  [[nodiscard]] double weight(double r, double variance_m2, const Plane& source) const;
+  [[nodiscard]] double weight(double r, double of_target_m2, double of_source_m2) const;
+  [[nodiscard]] double rough2() const;
 
   const AlignSettings& settings_;
   Gate gate_;

@@ -54,11 +54,15 @@ struct Plane {
   /// Upright surfaces distinguish places; floors and ceilings are everywhere.
   [[nodiscard]] bool is_wall() const { return n.z() < 0.5 && n.z() > -0.5; }
 
-  /// Variance of its height at x: offset and tilts (A Spl A^T of algorithms 2.4).
-  [[nodiscard]] double variance_at(const geometry::Vec3& x) const {
-    const double a1 = e1.dot(x - q_m);
-    const double a2 = e2.dot(x - q_m);
-    return var_offset + a1 * a1 * var_tilt1 + a2 * a2 * var_tilt2;
+  /// Variance of its height at q_m + d because of its tilts.
+  [[nodiscard]] double tilt_variance_at(const geometry::Vec3& d) const {
+    const double a1 = e1.dot(d);
+    const double a2 = e2.dot(d);
+    return a1 * a1 * var_tilt1 + a2 * a2 * var_tilt2;
+  }
+
+  [[nodiscard]] geometry::Mat3 normal_covariance() const {
+    return var_tilt1 * e1 * e1.transpose() + var_tilt2 * e2 * e2.transpose();
   }
 };
 

@@ -35,6 +35,19 @@ inline double range_m(const World& world, const geometry::Vec3& p, const geometr
   return nearest;
 }
 
+/// A round pipe along x, its bottom at z = 0.
+struct Pipe {
+  double radius_m = 1.5;
+};
+
+inline double range_m(const Pipe& pipe, const geometry::Vec3& p, const geometry::Vec3& d) {
+  const double y = p.y(), z = p.z() - pipe.radius_m;
+  const double a = d.y() * d.y() + d.z() * d.z();
+  const double b = y * d.y() + z * d.z();
+  const double c = y * y + z * z - pipe.radius_m * pipe.radius_m;
+  return a > 1e-12 ? (-b + std::sqrt(b * b - a * c)) / a : std::numeric_limits<double>::infinity();
+}
+
 /// Floor, ceiling and four walls around [low, high].
 inline void add_shell(World& w, const geometry::Vec3& low, const geometry::Vec3& high) {
   constexpr double t = 0.2;
@@ -122,8 +135,8 @@ struct Scan {
   }
 };
 
-inline Scan look(const World& world, const geometry::SE3& T_world_body, Rng& rng,
-                 const Sensor& s = {}) {
+template <class Place>
+Scan look(const Place& world, const geometry::SE3& T_world_body, Rng& rng, const Sensor& s = {}) {
   std::vector<float> x, y, z;
   const double phase = rng.uniform(0.0, 0.01);
   for (int c = 0; c < s.columns; ++c) {
@@ -160,9 +173,10 @@ inline geometry::SE3 at(double x, double y, double yaw_deg, double z = 0.0) {
 
 /// Scans at the given poses as one submap around the middle one. @param jitter_m error of each pose
 /// but the middle one, like that of an odometry.
-inline Submap map_of(const World& world, const std::vector<geometry::SE3>& poses, Rng& rng,
-                     double jitter_m = 0.0, const Sensor& sensor = {},
-                     const SubmapSettings& settings = {}) {
+template <class Place>
+Submap map_of(const Place& world, const std::vector<geometry::SE3>& poses, Rng& rng,
+              double jitter_m = 0.0, const Sensor& sensor = {},
+              const SubmapSettings& settings = {}) {
   std::vector<Scan> scans;
   for (const geometry::SE3& T : poses) scans.push_back(look(world, T, rng, sensor));
   std::vector<PosedScan> posed;
