@@ -126,7 +126,7 @@ void JointGraph::add_path(std::size_t path) {
       graph_->add_state(state);
       const bool begins =
           k == 0 || !inertial[k - 1] || !nodes[k].step.inertial || !paths_[path].ties_to_before(k);
-      if (begins) add_start_of_inertial(seq(path, k));
+      if (begins) add_start_of_inertial(path, k);
     } else {
       graph_->add_pose(state.T_odom_body);
     }
@@ -135,16 +135,28 @@ void JointGraph::add_path(std::size_t path) {
   add_tilt(path);
 }
 
-void JointGraph::add_start_of_inertial(Seq seq) {
+/// An accelerometer measures bias and gravity together: known is their sum, f = b + g R^T up. The
+/// level is left to the gravity factors (joint_tilt.cpp). With a prior on the bias itself each
+/// inertial stretch would measure the level once more, with the same error as all others, and
+/// bend the path between them.
+void JointGraph::add_start_of_inertial(std::size_t path, std::size_t node) {
+  const Increment& step = paths_[path].nodes()[node].step;
+  const double g_mps2 = step.g_odom_mps2.norm();
   graph::PriorFactor prior;
-  prior.i = seq;
-  prior.mean = graph_->state(seq);
+  prior.i = seq(path, node);
+  prior.mean = graph_->state(prior.i);
   const auto set = [&prior](int first, double sigma) {
     prior.information.diagonal().segment<3>(first).setConstant(inverse_square(sigma));
   };
   set(graph::kVel, settings_.start_speed_sigma_mps);
   set(graph::kGyroBias, settings_.start_gyro_bias_sigma_radps);
-  set(graph::kAccelBias, settings_.start_accel_bias_sigma_mps2);
+  const Vec3 up_odometry = -step.T_odom_body.R.transpose() * step.g_odom_mps2 / g_mps2;
+  const Vec3 up_map = prior.mean.T_odom_body.R.transpose() * Vec3::UnitZ();
+  prior.mean.accel_bias_mps2 += g_mps2 * (up_odometry - up_map);
+  Eigen::Matrix<double, 3, graph::kStateDim> H = decltype(H)::Zero();
+  H.middleCols<3>(graph::kTheta) = g_mps2 * geometry::skew(up_map);
+  H.middleCols<3>(graph::kAccelBias).setIdentity();
+  prior.information += inverse_square(settings_.start_accel_bias_sigma_mps2) * H.transpose() * H;
   graph_->add(prior);
 }
 

@@ -18,8 +18,10 @@ using geometry::Vec3;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-/// A metre per node straight ahead, all known except the pose of the whole path.
-VehiclePath path(std::uint16_t vehicle, std::uint32_t nodes, bool levelled = true) {
+/// A metre per node straight ahead, all known except the pose of the whole path. Every other 20
+/// metres may be degenerate.
+VehiclePath path(std::uint16_t vehicle, std::uint32_t nodes, bool levelled = true,
+                 bool with_degenerate = false) {
   VehiclePath p(VehicleId{vehicle});
   for (std::uint32_t k = 0; k < nodes; ++k) {
     Increment step;
@@ -30,14 +32,18 @@ VehiclePath path(std::uint16_t vehicle, std::uint32_t nodes, bool levelled = tru
     step.T_odom_body.p = {1.0 * k, 0.0, 0.0};
     step.lidar_information.setIdentity();
     step.lidar_information *= 1e8;
+    step.v_odom_mps = {1.0, 0.0, 0.0};
+    step.degenerate = with_degenerate && k / 20 % 2 == 1;
+    if (with_degenerate && k > 0) step.inertial = second_at_rest(1e-4);
     p.add(Time::from_s(k), step);
   }
   return p;
 }
 
 /// Sigma of the pitch of the second path's first node, its frame given by a start pose.
-double pitch_sigma_deg(std::uint32_t nodes, bool levelled) {
-  const std::vector<VehiclePath> paths = {path(0, nodes), path(1, nodes, levelled)};
+double pitch_sigma_deg(std::uint32_t nodes, bool levelled, bool with_degenerate = false) {
+  const std::vector<VehiclePath> paths = {path(0, nodes),
+                                          path(1, nodes, levelled, with_degenerate)};
   JointGraph joint(paths, {SE3{}, SE3{}}, {}, {});
   StartPrior start;
   start.path = 1;
@@ -53,6 +59,12 @@ TEST(JointTilt, pitch_sigma_stays_above_0_3_deg_however_long_the_path) {
   EXPECT_NEAR(pitch_sigma_deg(10, true), 0.3 * std::sqrt(2.0), 0.01);        // 1/2
   EXPECT_NEAR(pitch_sigma_deg(30, true), 0.3 * std::sqrt(3.0 / 2.0), 0.01);  // 1/2 + 1/6
   EXPECT_NEAR(pitch_sigma_deg(600, true), 0.3 * std::sqrt(31.0 / 30.0), 0.02);
+}
+
+// The accelerometer of a degenerate stretch measures gravity with the bias that has tilted the
+// odometry already. As an independent measurement it bent a pipe by 0.2 deg in 70 m.
+TEST(JointTilt, degenerate_stretches_do_not_measure_the_level_again) {
+  EXPECT_NEAR(pitch_sigma_deg(200, true, true), pitch_sigma_deg(200, true), 0.02);
 }
 
 TEST(JointTilt, sigma_of_pitch_is_5_deg_without_inertial_data) {
