@@ -153,12 +153,46 @@ motion: {{speed_mps: 1.2, standstill_s: 6}}
 """
 
 
+def pipe_scene(seed):
+    """A round pipe, straight or bent: two vehicles, one behind the other, in three rounds."""
+    rng = random.Random(seed)
+    width_m = rng.uniform(1.6, 5)
+    k = rng.choice([-1, 0, 1]) / rng.uniform(80, 300)
+    length_m = 80 if width_m < 2 else 150
+
+    def point(s):
+        x, y = on_arc(k, s, 0) if k else (s, 0.0)
+        return f"[{x:.3f}, {y:.3f}]"
+
+    def route(begin, end):
+        n = math.ceil((end - begin) / 4)
+        return "[" + ", ".join(point(begin + (end - begin) * i / n) for i in range(n + 1)) + "]"
+
+    def start(s):
+        return f"  - {{start: {point(s)}, yaw_deg: {math.degrees(k * s):.3f}}}\n"
+
+    half = 0.55 * length_m
+    return f"""\
+schema: 1
+tunnel: {{length_m: {length_m + 10}, width_m: {width_m:.2f}, round: true, roughness_m: 0, curvature_per_m: {k:.6f},
+  gradient: {rng.uniform(-0.02, 0.02):.4f}, closed_ends: true}}
+vehicles:
+{start(6)}{start(9)}rounds:
+  - {{anchor: v1, routes: {{v2: {route(9, half)}}}}}
+  - {{anchor: v2, routes: {{v1: {route(6, half - 4)}}}}}
+  - {{anchor: v1, routes: {{v2: {route(half, length_m)}}}}}
+uwb: {{max_range_m: 400}}
+motion: {{speed_mps: 1.0, standstill_s: 6}}
+"""
+
+
 # scene, seconds of data (0: all), whether the map is compared unfiltered with the mesh
 CASES = {
     "corridor": (corridor_scene, 171, False),
     "portal": (portal_scene, 0, False),
     "leap_frog": (leap_frog_scene, 1050, False),
     "bent_return": (bent_return_scene, 0, False),
+    "pipe": (pipe_scene, 0, False),
     "pair_corridor": (pair_corridor_scene, 150, True),
     "single_corridor": (shipped("corridor"), 80, True),
     "floor": (shipped("floor"), 90, True),

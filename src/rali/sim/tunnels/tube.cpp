@@ -17,7 +17,13 @@ struct SectionPoint {
 };
 
 /// u in [0, 1] runs once around, floor first.
-SectionPoint arch(double u, double half_m, double wall_m) {
+SectionPoint section(double u, const ArchShape& shape) {
+  const double half_m = shape.half_width_m;
+  const double wall_m = shape.wall_m;
+  if (shape.round) {
+    const double angle = 2.0 * kPi * u;
+    return {half_m * std::sin(angle), half_m * (1.0 - std::cos(angle))};
+  }
   const double floor = 2.0 * half_m;
   const double dome = kPi * half_m;
   double s = u * (floor + 2.0 * wall_m + dome);
@@ -33,6 +39,7 @@ SectionPoint arch(double u, double half_m, double wall_m) {
 
 void add_tube(TriangleMesh& mesh, const Route& axis, const ArchShape& shape, double cell_m,
               int around, double refl, const TubeShift& shift) {
+  const double center_m = shape.round ? shape.half_width_m : shape.wall_m;
   const int rows = std::max(1, static_cast<int>(std::ceil(axis.length_m() / cell_m)));
   const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
   for (int j = 0; j <= rows; ++j) {
@@ -41,11 +48,10 @@ void add_tube(TriangleMesh& mesh, const Route& axis, const ArchShape& shape, dou
     const double yaw = axis.yaw_at(s);
     const Vec3 left(-std::sin(yaw), std::cos(yaw), 0.0);
     for (int i = 0; i < around; ++i) {
-      const SectionPoint q =
-          arch(static_cast<double>(i) / around, shape.half_width_m, shape.wall_m);
+      const SectionPoint q = section(static_cast<double>(i) / around, shape);
       const Vec3 p = middle + q.left_m * left + Vec3(0.0, 0.0, q.up_m);
-      const Vec3 outward = (q.left_m * left + Vec3(0.0, 0.0, q.up_m - shape.wall_m)).normalized();
-      const bool floor = q.up_m <= 0.0;
+      const Vec3 outward = (q.left_m * left + Vec3(0.0, 0.0, q.up_m - center_m)).normalized();
+      const bool floor = !shape.round && q.up_m <= 0.0;
       mesh.add_vertex(p + shift({p, s, q.left_m, q.up_m, floor}) *
                               (floor ? Vec3(0.0, 0.0, -1.0) : outward));
     }

@@ -7,10 +7,11 @@
 
 namespace rali::sim {
 
-/// Cross-section of a tube: flat floor, vertical walls, a semicircle above them.
+/// Cross-section of a tube: flat floor, vertical walls, a semicircle above them; or a circle.
 struct ArchShape {
   double half_width_m = 2.5;  ///< radius of the arch too
   double wall_m = 1.2;        ///< height of the vertical part
+  bool round = false;         ///< a circle of this radius whose lowest point is on the axis
 };
 
 /// A point on the surface of a tube.
@@ -24,7 +25,7 @@ struct TubePoint {
 
 using TubeShift = std::function<double(const TubePoint&)>;  ///< outward displacement [m]
 
-/// Extrudes the arch along an axis on the floor. Rows about every cell_m, `around` points each.
+/// Extrudes the section along an axis on the floor. Rows about every cell_m, `around` points each.
 void add_tube(TriangleMesh& mesh, const Route& axis, const ArchShape& shape, double cell_m,
               int around, double refl, const TubeShift& shift);
 

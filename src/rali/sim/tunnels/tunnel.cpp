@@ -123,7 +123,10 @@ Result<World> tunnel_world(const TunnelOptions& o, Rng rng) {
   const Route axis(o.segment_m > 0.0 ? axis_of_pieces(o, rng) : axis_points(o), 2.0);
   const double half = 0.5 * o.width_m;
   const double cell = o.niche_every_m > 0.0 ? 0.4 : 0.8;
-  add_tube(build.mesh(), axis, {half, o.wall_height_m}, cell, 40, o.reflectivity,
+  // So many that the chords of the circle are within 1 mm of a pipe of 5 m: an edge seen by a LiDAR
+  // would give it the roll.
+  const int around = o.round ? 240 : 40;
+  add_tube(build.mesh(), axis, {half, o.wall_height_m, o.round}, cell, around, o.reflectivity,
            [&](const TubePoint& q) {
              const double rough = q.floor ? 0.0 : o.roughness_m * rock_noise(q.p, 1.2, seed);
              return rough + niche_depth(q, o.niche_every_m);
@@ -139,7 +142,9 @@ Result<World> tunnel_world(const TunnelOptions& o, Rng rng) {
     world.route.push_back(axis.point_at(kLead_m + (axis.length_m() - 2.0 * kLead_m) * i / n));
   }
   world.rounding_m = 4.0;
-  world.free_width_m = std::max(0.0, half - 0.7 - o.roughness_m);
+  // A vehicle beside the lowest line of a pipe leans: 17 degrees at this distance.
+  constexpr double kBesideLowest = 0.3;
+  world.free_width_m = o.round ? kBesideLowest * half : std::max(0.0, half - 0.7 - o.roughness_m);
   return world;
 }
 

@@ -6,12 +6,13 @@
 
 namespace rali::sim {
 
-/// Arched tunnel. Its axis has one curvature and gradient, or segments with curvatures and
-/// gradients drawn at random.
+/// Arched tunnel or round pipe. Its axis has one curvature and gradient, or segments with
+/// curvatures and gradients drawn at random.
 struct TunnelOptions {
   double length_m = 200.0;
   double width_m = 5.0;
   double wall_height_m = 1.2;    ///< of the vertical part; the arch is on top of it
+  bool round = false;            ///< a pipe of this width: a circle is floor, walls and arch
   double curvature_per_m = 0.0;  ///< 1/radius, positive to the left
   double gradient = 0.0;         ///< rise per metre
   double segment_m = 0.0;        ///< mean length of segments; 0: one curvature and gradient for all
@@ -28,6 +29,7 @@ struct TunnelOptions {
     v("length_m", length_m, 10.0, 20000.0, "length along the axis");
     v("width_m", width_m, 1.5, 30.0, "width of the floor");
     v("wall_height_m", wall_height_m, 0.0, 10.0, "height of the upright walls below the arch");
+    v("round", round, "a round pipe of this width, without floor and walls");
     v("curvature_per_m", curvature_per_m, -0.1, 0.1, "1/radius of the bend, positive to the left");
     v("gradient", gradient, -0.2, 0.2, "rise per metre");
     v("segment_m", segment_m, 0.0, 2000.0, "mean length of segments that bend differently, 0: one");

@@ -34,6 +34,20 @@ TEST(Tunnel, cross_section_has_floor_walls_and_a_semicircular_arch) {
   EXPECT_EQ(caster.cast(middle, -Vec3::UnitX(), 1000.0).range_m, 0.0F);
 }
 
+TEST(Tunnel, a_round_pipe_has_the_same_radius_in_all_directions) {
+  TunnelOptions o;
+  o.length_m = 40.0;
+  o.width_m = 5.0;
+  o.round = true;
+  o.roughness_m = 0.0;
+  const World world = tunnel_world(o, Rng(1, "test")).value();
+  const RayCaster caster(world.mesh);
+  for (double angle = 0.05; angle < 6.2; angle += 0.1) {
+    const Hit hit = caster.cast({15.0, 0.0, 2.5}, {0.0, std::cos(angle), std::sin(angle)}, 10.0);
+    EXPECT_NEAR(hit.range_m, 2.5, 0.001) << angle;
+  }
+}
+
 TEST(Tunnel, length_curvature_and_gradient_match_the_options) {
   TunnelOptions o;
   o.length_m = 300.0;
