@@ -150,7 +150,7 @@ void JointGraph::add_start_of_inertial(std::size_t path, std::size_t node) {
   };
   set(graph::kVel, settings_.start_speed_sigma_mps);
   set(graph::kGyroBias, settings_.start_gyro_bias_sigma_radps);
-  const Vec3 up_odometry = -step.T_odom_body.R.transpose() * step.g_odom_mps2 / g_mps2;
+  const Vec3 up_odometry = -(step.T_odom_body.R.transpose() * step.g_odom_mps2).normalized();
   const Vec3 up_map = prior.mean.T_odom_body.R.transpose() * Vec3::UnitZ();
   prior.mean.accel_bias_mps2 += g_mps2 * (up_odometry - up_map);
   Eigen::Matrix<double, 3, graph::kStateDim> H = decltype(H)::Zero();
