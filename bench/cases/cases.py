@@ -78,11 +78,29 @@ def pair_corridor_scene(_seed):
     return "schema: 1\nscene: corridor\nvehicles: 2\nuwb: {rate_hz: 40}\nmotion: {standstill_s: 6}\n"
 
 
-def on_arc(curvature_per_m, s, side):
+def on_arc(curvature_per_m, s, side=0.0):
     """The point `side` to the left of an arc from the origin along x, after s metres."""
+    if curvature_per_m == 0:
+        return s, side
     yaw = curvature_per_m * s
     return (math.sin(yaw) / curvature_per_m - side * math.sin(yaw),
             (1 - math.cos(yaw)) / curvature_per_m + side * math.cos(yaw))
+
+
+def route_on_arc(curvature_per_m, along, side=0.0):
+    """A route of a scene through the points after these metres."""
+    return "[" + ", ".join("[%.3f, %.3f]" % on_arc(curvature_per_m, s, side) for s in along) + "]"
+
+
+def start_on_arc(curvature_per_m, s, side=0.0):
+    """A vehicle of a scene that starts there, along the arc."""
+    x, y = on_arc(curvature_per_m, s, side)
+    return f"  - {{start: [{x:.3f}, {y:.3f}], yaw_deg: {math.degrees(curvature_per_m * s):.3f}}}\n"
+
+
+def steps_of_4_m(begin, end):
+    n = max(1, math.ceil((end - begin) / 4))
+    return [begin + (end - begin) * i / n for i in range(n + 1)]
 
 
 def leap_frog_scene(seed):
@@ -93,18 +111,8 @@ def leap_frog_scene(seed):
     cabinet_m = rng.uniform(120, 180)
     lanes = {"v1": 0.8, "v2": 1.9, "v3": -0.8, "v4": -1.9}
 
-    def point(s, side):
-        return on_arc(k, s, side)
-
-    def route(begin, end, side):
-        n = max(1, math.ceil((end - begin) / 4))
-        points = [point(begin + (end - begin) * i / n, side) for i in range(n + 1)]
-        return "[" + ", ".join(f"[{x:.3f}, {y:.3f}]" for x, y in points) + "]"
-
     at = {"v1": 4.0, "v2": 7.0, "v3": 4.0, "v4": 7.0}
-    starts = "".join(
-        f"  - {{start: [{point(at[v], lanes[v])[0]:.3f}, {point(at[v], lanes[v])[1]:.3f}], "
-        f"yaw_deg: {math.degrees(k * at[v]):.3f}}}\n" for v in at)
+    starts = "".join(start_on_arc(k, at[v], lanes[v]) for v in at)
     rounds, ahead, behind = "", ("v1", "v2"), ("v3", "v4")
     while True:
         target = max(at[v] for v in behind) + rng.uniform(60, 75)
@@ -114,7 +122,7 @@ def leap_frog_scene(seed):
         routes = []
         for v in ahead:
             to = target - (3.0 if v in ("v1", "v3") else 0.0)
-            routes.append(f"{v}: {route(at[v], to, lanes[v])}")
+            routes.append(f"{v}: {route_on_arc(k, steps_of_4_m(at[v], to), lanes[v])}")
             at[v] = to
         rounds += f"  - {{anchor: {behind[0]}, pause_s: 3, routes: {{{', '.join(routes)}}}}}\n"
     return f"""\
@@ -133,21 +141,13 @@ def bent_return_scene(seed):
     rng = random.Random(seed)
     k = rng.choice([-1, 1]) / rng.uniform(220, 450)
 
-    def point(s, side):
-        return on_arc(k, s, side)
-
-    def start(side):
-        x, y = point(4, side)
-        return f"  - {{start: [{x:.3f}, {y:.3f}], yaw_deg: {math.degrees(k * 4):.3f}}}\n"
-
     way = [*range(8, 148, 4), *range(144, 16, -4)]
-    route = ", ".join("[%.3f, %.3f]" % point(s, -1.2) for s in way)
     return f"""\
 schema: 1
 tunnel: {{length_m: 200, width_m: 7, wall_height_m: 1.5, roughness_m: 0.01, curvature_per_m: {k:.6f}, gradient: 0.01}}
 vehicles:
-{start(1.2)}{start(-1.2)}rounds:
-  - {{anchor: v1, routes: {{v2: [{route}]}}}}
+{start_on_arc(k, 4, 1.2)}{start_on_arc(k, 4, -1.2)}rounds:
+  - {{anchor: v1, routes: {{v2: {route_on_arc(k, way, -1.2)}}}}}
 uwb: {{max_range_m: 200}}
 motion: {{speed_mps: 1.2, standstill_s: 6}}
 """
@@ -160,16 +160,8 @@ def pipe_scene(seed):
     k = rng.choice([-1, 0, 1]) / rng.uniform(80, 300)
     length_m = 80 if width_m < 2 else 150
 
-    def point(s):
-        x, y = on_arc(k, s, 0) if k else (s, 0.0)
-        return f"[{x:.3f}, {y:.3f}]"
-
     def route(begin, end):
-        n = math.ceil((end - begin) / 4)
-        return "[" + ", ".join(point(begin + (end - begin) * i / n) for i in range(n + 1)) + "]"
-
-    def start(s):
-        return f"  - {{start: {point(s)}, yaw_deg: {math.degrees(k * s):.3f}}}\n"
+        return route_on_arc(k, steps_of_4_m(begin, end))
 
     half = 0.55 * length_m
     return f"""\
@@ -177,7 +169,7 @@ schema: 1
 tunnel: {{length_m: {length_m + 10}, width_m: {width_m:.2f}, round: true, roughness_m: 0, curvature_per_m: {k:.6f},
   gradient: {rng.uniform(-0.02, 0.02):.4f}, closed_ends: true}}
 vehicles:
-{start(6)}{start(9)}rounds:
+{start_on_arc(k, 6)}{start_on_arc(k, 9)}rounds:
   - {{anchor: v1, routes: {{v2: {route(9, half)}}}}}
   - {{anchor: v2, routes: {{v1: {route(6, half - 4)}}}}}
   - {{anchor: v1, routes: {{v2: {route(half, length_m)}}}}}

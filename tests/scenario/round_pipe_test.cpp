@@ -22,8 +22,9 @@ motion: {speed_mps: 1.0, standstill_s: 6}
 duration_s: 0
 )";
 
-// When the roll between two pieces of the pipe was taken for measured, the frames were not joined
-// and the start pose was denied.
+// The whole way from calibration to map where no surface is flat: a check, a start pose or a join
+// that needs planes would refuse one of the vehicles. That roll is not measured there is tested by
+// places/align_test.cpp; this recording alone did not fail by it.
 TEST(RoundPipe, two_vehicles_end_in_one_frame) {
   const io::TestFolder folder;
   folder.write("scene.yaml", kScene);
@@ -36,7 +37,7 @@ TEST(RoundPipe, two_vehicles_end_in_one_frame) {
   const auto metrics = nlohmann::json::parse(folder.read("out/metrics.json"));
   EXPECT_EQ(metrics["fleet"]["groups"].size(), 1U);
   const Outcome judged = run_rali({"evaluate", folder.path("out"), "--truth",
-                                   folder.path("sim/truth"), "--limit", "ape_rmse_m=0.25", "-q"});
+                                   folder.path("sim/truth"), "--limit", "ape_rmse_m=0.12", "-q"});
   EXPECT_EQ(judged.code, kExitDone) << judged.out << judged.err;
 }
 

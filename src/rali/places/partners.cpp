@@ -101,7 +101,7 @@ void Partners::add_plane(std::span<const Pair> pairs, const Plane& plane, const 
   Vec3 Ar = Vec3::Zero();
   Vec3 lever = Vec3::Zero();
   Vec3 normal = Vec3::Zero();
-  Mat3 tilt = Mat3::Zero();  // of the source's planes
+  Mat3 tilt = Mat3::Zero();  // of the source's planes, in its axes
   double sum = 0.0;
   const Vec3 q = plane.q_m - T.p;
   for (const Pair& pair : pairs) {
@@ -124,7 +124,7 @@ void Partners::add_plane(std::span<const Pair> pairs, const Plane& plane, const 
     Ar += w * r * A;
     lever += w * 0.5 * (x + q);
     normal += w * n;
-    tilt += w * T.R * s.normal_covariance() * T.R.transpose();
+    tilt += w * s.normal_covariance();
     sum += w;
     ++system.matches;
     const double robust = w * (gate_.fine ? s.var_offset + of_source + rough2() : 1.0);
@@ -142,7 +142,7 @@ void Partners::add_plane(std::span<const Pair> pairs, const Plane& plane, const 
   degeneracy::PlaneEvidence e;
   e.n_odom = normal.normalized();
   e.lever_odom_m = lever / sum;
-  e.normal_covariance = 0.25 * (plane.normal_covariance() + tilt / sum);
+  e.normal_covariance = 0.25 * (plane.normal_covariance() + T.R * (tilt / sum) * T.R.transpose());
   e.weight = 1.0 / (1.0 / sum + plane.var_offset);
   e.points = static_cast<int>(pairs.size());
   evidence_.push_back(e);

@@ -139,7 +139,7 @@ TEST(Mission, continues_with_swapped_roles_if_a_tag_cannot_pass_its_anchor) {
 
 // Without closing up, the anchor left behind had no path past the other vehicle to any frontier. It
 // stayed anchor, and the mission ended half-way.
-// Of 13 widths from 1.6 to 2.1 m, one (1.8 m) still ends so: there both vehicles stand in each
+// Of 12 widths from 1.6 to 2.1 m, one (1.8 m) still ends so: there both vehicles stand in each
 // other's way to the last frontier.
 TEST(Mission, the_rear_vehicle_closes_up_when_the_front_reaches_its_limit) {
   for (const double width_m : {1.7, 1.75, 1.85}) {

@@ -67,6 +67,22 @@ TEST(JointTilt, degenerate_stretches_do_not_measure_the_level_again) {
   EXPECT_NEAR(pitch_sigma_deg(200, true, true), pitch_sigma_deg(200, true), 0.02);
 }
 
+TEST(JointTilt, degenerate_stretches_without_a_known_gravity_leave_finite_poses) {
+  const VehiclePath driven = path(0, 60, true, true);
+  VehiclePath p(VehicleId{0});
+  for (const VehiclePath::Node& node : driven.nodes()) {
+    Increment step = node.step;
+    step.g_odom_mps2.setZero();
+    p.add(node.t, step);
+  }
+  const std::vector<VehiclePath> paths = {p};
+  JointGraph joint(paths, {SE3{}}, {}, {});
+  joint.add(JointRanges{}, {});
+  joint.solve();
+  EXPECT_TRUE(joint.T_map_body(0, 59).p.allFinite());
+  EXPECT_TRUE(joint.T_map_body(0, 59).R.allFinite());
+}
+
 TEST(JointTilt, sigma_of_pitch_is_5_deg_without_inertial_data) {
   EXPECT_NEAR(pitch_sigma_deg(30, false), 5.0, 0.1);
 }

@@ -117,6 +117,10 @@ Result<World> tunnel_world(const TunnelOptions& o, Rng rng) {
                 fmt::format("with a radius of {:.1f} m the tunnel runs into itself", radius),
                 "Make it shorter or less bent, or use a ramp.");
   }
+  if (o.round && (o.niche_every_m > 0.0 || o.cabinet_every_m > 0.0)) {
+    return fail(ErrorCode::kUsage, "tunnel", "a round pipe has no walls for niches and cabinets",
+                "Leave out niche_every_m and cabinet_every_m, or round.");
+  }
   World world;
   Builder build(world.mesh, rng);
   const std::uint64_t seed = rng.next();

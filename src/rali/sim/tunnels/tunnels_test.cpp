@@ -48,6 +48,17 @@ TEST(Tunnel, a_round_pipe_has_the_same_radius_in_all_directions) {
   }
 }
 
+TEST(Tunnel, a_round_pipe_with_niches_or_cabinets_is_refused) {
+  TunnelOptions o;
+  o.round = true;
+  EXPECT_TRUE(tunnel_world(o, Rng(1, "test")));
+  o.niche_every_m = 20.0;
+  EXPECT_FALSE(tunnel_world(o, Rng(1, "test")));
+  o.niche_every_m = 0.0;
+  o.cabinet_every_m = 20.0;
+  EXPECT_FALSE(tunnel_world(o, Rng(1, "test")));
+}
+
 TEST(Tunnel, length_curvature_and_gradient_match_the_options) {
   TunnelOptions o;
   o.length_m = 300.0;
