@@ -178,6 +178,32 @@ motion: {{speed_mps: 1.0, standstill_s: 6}}
 """
 
 
+def bend_scene(seed):
+    """A bare tunnel or pipe with a tight bend: two vehicles, one behind the other, in three rounds."""
+    rng = random.Random(seed)
+    k = rng.choice([-1, 1]) / rng.uniform(60, 200)
+    shape = rng.choice(["round: true, roughness_m: 0", "wall_height_m: 1.5, roughness_m: 0.006"])
+    ends = rng.choice(["true", "false"])
+    side = rng.uniform(-0.6, 0.6)
+
+    def route(begin, end):
+        return route_on_arc(k, steps_of_4_m(begin, end), side)
+
+    return f"""\
+schema: 1
+tunnel: {{length_m: 160, width_m: {rng.uniform(3.5, 7):.2f}, {shape}, curvature_per_m: {k:.6f},
+  gradient: {rng.uniform(-0.03, 0.03):.4f}, closed_ends: {ends}}}
+vehicles:
+{start_on_arc(k, 6, side)}{start_on_arc(k, 9, side)}rounds:
+  - {{anchor: v1, routes: {{v2: {route(9, 50)}}}}}
+  - {{anchor: v2, routes: {{v1: {route(6, 46)}}}}}
+  - {{anchor: v1, routes: {{v2: {route(50, 90)}}}}}
+  - {{anchor: v2, routes: {{v1: {route(46, 86)}}}}}
+uwb: {{max_range_m: 400}}
+motion: {{speed_mps: 1.0, standstill_s: 6}}
+"""
+
+
 # scene, seconds of data (0: all), whether the map is compared unfiltered with the mesh
 CASES = {
     "corridor": (corridor_scene, 171, False),
@@ -185,6 +211,7 @@ CASES = {
     "leap_frog": (leap_frog_scene, 1050, False),
     "bent_return": (bent_return_scene, 0, False),
     "pipe": (pipe_scene, 0, False),
+    "bend": (bend_scene, 0, False),
     "pair_corridor": (pair_corridor_scene, 150, True),
     "single_corridor": (shipped("corridor"), 80, True),
     "floor": (shipped("floor"), 90, True),

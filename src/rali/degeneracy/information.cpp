@@ -33,11 +33,10 @@ Mat3 pseudo_inverse(const Mat3& S) {
   return out;
 }
 
-/// Information of one 3x3 block with the other one marginalised (Schur complement).
-Mat3 decoupled(const Mat6& I, int block, int other) {
-  const Mat3 cross = I.block<3, 3>(block, other);
-  return I.block<3, 3>(block, block) -
-         cross * pseudo_inverse(I.block<3, 3>(other, other)) * cross.transpose();
+/// Information on the translation with the rotation marginalised (Schur complement).
+Mat3 translation_information(const Mat6& I) {
+  const Mat3 cross = I.block<3, 3>(3, 0);
+  return I.block<3, 3>(3, 3) - cross * pseudo_inverse(I.block<3, 3>(0, 0)) * cross.transpose();
 }
 
 Category category_of(double sigma, double full, double none) {
@@ -67,19 +66,48 @@ class Chance {
   double squares_ = 0.0;
 };
 
-/// Information along v in a decoupled block, with the expected noise contribution removed.
-DirectionInfo direction(const Vec3& direction_odom, const Vec3& v, const Mat3& decoupled_block,
-                        const Mat3& full_block, double noise, double noise_max) {
-  DirectionInfo info;
-  info.direction_odom = direction_odom;
-  info.raw = std::max(0.0, v.dot(decoupled_block * v));
-  const double coupled = v.dot(full_block * v);
-  const double fraction = coupled > 0.0 ? info.raw / coupled : 0.0;
-  info.noise = noise * fraction;
-  info.information = std::max(0.0, info.raw - noise_max * fraction);
-  info.sigma = info.information > 0.0 ? 1.0 / std::sqrt(info.information)
-                                      : std::numeric_limits<double>::infinity();
-  return info;
+/// Chance information on a motion (boxplus): a plane whose points move by m adds w m^T N m.
+Chance chance_of(const Vec6& motion, std::span<const PlaneEvidence> planes,
+                 const Mat3& R_odom_body) {
+  const Vec3 turn_odom = R_odom_body * motion.head<3>();
+  Chance chance;
+  for (const PlaneEvidence& plane : planes) {
+    const Vec3 moved = motion.tail<3>() + turn_odom.cross(plane.lever_odom_m);
+    chance.add(plane.weight * moved.dot(plane.normal_covariance * moved));
+  }
+  return chance;
+}
+
+double sigma_of(double information) {
+  return information > 0.0 ? 1.0 / std::sqrt(information) : std::numeric_limits<double>::infinity();
+}
+
+void set_translation(const Chance& chance, std::span<const PlaneEvidence> planes,
+                     const AwareSettings& settings, DirectionInfo& info) {
+  const Support support = support_along(info.direction_odom, planes, settings.cluster_m);
+  info.planes = support.planes;
+  info.clusters = support.clusters;
+  const bool supported =
+      support.planes >= settings.support_planes && support.clusters >= settings.support_clusters;
+  const double kappa = supported ? settings.kappa_supported : settings.kappa;
+  info.noise = chance.mean;
+  if (supported || !settings.lidar_alone) {
+    info.information = std::max(0.0, info.raw - chance.at_most(kappa, settings.lidar_alone));
+  }
+  info.sigma = sigma_of(info.information);
+  info.category = category_of(info.sigma, settings.full_m, settings.none_m);
+}
+
+/// Chance explains as large a fraction of the information as it does with the position held.
+/// @param chance of the rotation with the position held @param held the information then
+void set_rotation(const Chance& chance, double held, const AwareSettings& settings,
+                  DirectionInfo& info) {
+  const double fraction = held > 0.0 ? info.raw / held : 0.0;
+  info.noise = fraction * chance.mean;
+  info.information =
+      std::max(0.0, info.raw - fraction * chance.at_most(settings.kappa, settings.lidar_alone));
+  info.sigma = sigma_of(info.information);
+  info.category = category_of(info.sigma, settings.full_deg * kDegree, settings.none_deg * kDegree);
 }
 
 }  // namespace
@@ -90,7 +118,7 @@ Axes physical_axes(const Mat6& I, const Vec3& g_odom_mps2, const Axes& previous,
   const Vec3 helper = std::abs(up.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
   const Vec3 h1 = (helper - helper.dot(up) * up).normalized();
   const Vec3 h2 = up.cross(h1);
-  const Mat3 I_t = decoupled(I, 3, 0);
+  const Mat3 I_t = translation_information(I);
   const double a = h1.dot(I_t * h1);
   const double b = h1.dot(I_t * h2);
   const double c = h2.dot(I_t * h2);
@@ -112,60 +140,52 @@ Axes physical_axes(const Mat6& I, const Vec3& g_odom_mps2, const Axes& previous,
   return axes;
 }
 
+Vec6 least_motion(const Mat6& I, std::size_t k, const Mat3& R_odom_body, const Axes& axes) {
+  const Vec3 direction = axes.col(static_cast<int>(k % 3));
+  const Mat3 R_body_odom = R_odom_body.transpose();
+  Vec6 u;
+  if (k < 3) {
+    const Vec3 roll_body = R_body_odom * axes.col(0);
+    const Mat3 free = Mat3::Identity() - roll_body * roll_body.transpose();
+    const Mat3 I_free = free * I.block<3, 3>(0, 0) * free;
+    u.tail<3>() = direction;
+    u.head<3>() = -pseudo_inverse(I_free) * free * I.block<3, 3>(0, 3) * direction;
+  } else {
+    u.head<3>() = R_body_odom * direction;
+    u.tail<3>() = -pseudo_inverse(I.block<3, 3>(3, 3)) * I.block<3, 3>(3, 0) * u.head<3>();
+  }
+  return u;
+}
+
 std::array<DirectionInfo, 6> direction_information(const Mat6& I,
                                                    std::span<const PlaneEvidence> planes,
                                                    const Mat3& R_odom_body, const Axes& axes,
                                                    const AwareSettings& settings) {
-  // Normals are uncertain: by chance alone, a plane adds w v^T S v along v.
-  std::array<Chance, 3> chance_t, chance_r;
-  for (const PlaneEvidence& plane : planes) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3 d = axes.col(static_cast<int>(k));
-      const Vec3 arm = d.cross(plane.lever_odom_m);
-      chance_t[k].add(plane.weight * d.dot(plane.normal_covariance * d));
-      chance_r[k].add(plane.weight * arm.dot(plane.normal_covariance * arm));
-    }
-  }
-  const Mat3 I_t = decoupled(I, 3, 0);
-  const Mat3 I_r = decoupled(I, 0, 3);
   std::array<DirectionInfo, 6> out;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3 axis = axes.col(static_cast<int>(k));
-    const Vec3 axis_body = R_odom_body.transpose() * axis;
-    const Support support = support_along(axis, planes, settings.cluster_m);
-    const bool supported =
-        support.planes >= settings.support_planes && support.clusters >= settings.support_clusters;
-    const double kappa = supported ? settings.kappa_supported : settings.kappa;
-    out[k] = direction(axis, axis, I_t, I.block<3, 3>(3, 3), chance_t[k].mean,
-                       chance_t[k].at_most(kappa, settings.lidar_alone));
-    if (settings.lidar_alone && !supported) {
-      out[k].information = 0.0;
-      out[k].sigma = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 6; ++k) {
+    DirectionInfo& info = out[k];
+    info.direction_odom = axes.col(static_cast<int>(k % 3));
+    const Vec6 u = least_motion(I, k, R_odom_body, axes);
+    info.raw = std::max(0.0, u.dot(I * u));
+    if (k < 3) {
+      set_translation(chance_of(u, planes, R_odom_body), planes, settings, info);
+    } else {
+      Vec6 turn = u;
+      turn.tail<3>().setZero();
+      set_rotation(chance_of(turn, planes, R_odom_body), turn.dot(I * turn), settings, info);
     }
-    out[k].planes = support.planes;
-    out[k].clusters = support.clusters;
-    out[k].category = category_of(out[k].sigma, settings.full_m, settings.none_m);
-    out[k + 3] = direction(axis, axis_body, I_r, I.block<3, 3>(0, 0), chance_r[k].mean,
-                           chance_r[k].at_most(settings.kappa, settings.lidar_alone));
-    out[k + 3].category =
-        category_of(out[k + 3].sigma, settings.full_deg * kDegree, settings.none_deg * kDegree);
   }
   return out;
 }
 
 void remove_spurious(Mat6& I, Vec6& b, const Mat3& R_odom_body,
                      std::span<const DirectionInfo, 6> directions) {
+  Axes axes;
+  for (int k = 0; k < 3; ++k) axes.col(k) = directions[static_cast<std::size_t>(k)].direction_odom;
   for (std::size_t k = 0; k < 6; ++k) {
     const DirectionInfo& info = directions[k];
     if (info.raw <= 0.0 || info.information >= info.raw) continue;
-    const int block = k < 3 ? 3 : 0;
-    const int other = 3 - block;
-    const Vec3 v =
-        k < 3 ? info.direction_odom : Vec3(R_odom_body.transpose() * info.direction_odom);
-    Vec6 u;
-    u.segment<3>(block) = v;
-    u.segment<3>(other) =
-        -pseudo_inverse(I.block<3, 3>(other, other)) * I.block<3, 3>(other, block) * v;
+    const Vec6 u = least_motion(I, k, R_odom_body, axes);
     const Vec6 Iu = I * u;
     const double along = u.dot(Iu);
     if (along <= info.information || along <= 0.0) continue;

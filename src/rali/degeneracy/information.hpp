@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <span>
 
 #include "rali/degeneracy/evidence.hpp"
@@ -54,11 +55,23 @@ using Axes = geometry::Mat3;
 [[nodiscard]] Axes physical_axes(const geometry::Mat6& I, const geometry::Vec3& g_odom_mps2,
                                  const Axes& previous, const AwareSettings& settings);
 
+/// The motion along one direction that a scan sees least: a unit translation with the rotation that
+/// compensates it best (in a bend: a screw), or a unit rotation with such a translation.
+///
+/// Roll about the axial direction does not compensate a translation: gravity determines it. In a
+/// round pipe the scan has no information on roll; if roll were free, any shift to the side would
+/// seem unobservable.
+/// @param I information of the scan alone, boxplus order @param k direction, in the order of
+/// direction_information() @return in boxplus order
+[[nodiscard]] geometry::Vec6 least_motion(const geometry::Mat6& I, std::size_t k,
+                                          const geometry::Mat3& R_odom_body, const Axes& axes);
+
 /// Information along the six physical directions after subtracting what noise alone would give:
-/// kappa times its expectation, a bound that neither chance nor a few false planes exceed. A
-/// translation supported by several planes in several clusters needs only kappa_supported, so weak
-/// structure is kept. Order: axial, lateral, vertical; roll, pitch, yaw. The category is that of
-/// this scan alone.
+/// kappa times its expectation, a bound that neither chance nor a few false planes exceed. For a
+/// translation it is that of least_motion(): in a bend the normals ahead seem to constrain a shift
+/// along the axis, and only the screw shows that they do not. A translation supported by several
+/// planes in several clusters needs only kappa_supported, so weak structure is kept. Order: axial,
+/// lateral, vertical; roll, pitch, yaw. The category is that of this scan alone.
 [[nodiscard]] std::array<DirectionInfo, 6> direction_information(
     const geometry::Mat6& I, std::span<const PlaneEvidence> planes,
     const geometry::Mat3& R_odom_body, const Axes& axes, const AwareSettings& settings);

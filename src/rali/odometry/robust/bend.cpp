@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 namespace rali::odometry {
@@ -87,13 +86,6 @@ Mat6 Bend::unseen_in(const Mat6& information, const FilterState& state) const {
   across.bottomRightCorner<3, 3>() -= axis_odom_ * axis_odom_.transpose();
   across.topRightCorner<3, 3>() = -turn_by_shift(state, axis_odom_, here_radpm_);
   return across.transpose() * information * across;
-}
-
-double unseen_turn_radpm(const Mat6& information, const Vec3& axis_odom, const FilterState& state) {
-  const Mat3 of_turn = information.topLeftCorner<3, 3>();
-  const Vec3 coupled = information.topRightCorner<3, 3>() * axis_odom;
-  const Vec3 turn = -of_turn.ldlt().solve(coupled);
-  return turn.allFinite() ? up_body(state).dot(turn) : 0.0;
 }
 
 }  // namespace rali::odometry

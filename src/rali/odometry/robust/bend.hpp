@@ -63,9 +63,4 @@ class Bend {
   double sigma_m_ = 0.0;
 };
 
-/// Rotation about up per metre along the axis for which a motion is least observable by a scan.
-/// @param information of one scan at the state's pose, boxplus order
-[[nodiscard]] double unseen_turn_radpm(const geometry::Mat6& information,
-                                       const geometry::Vec3& axis_odom, const FilterState& state);
-
 }  // namespace rali::odometry

@@ -48,12 +48,6 @@ Mat6 scan_of_bent_walls(double radpm) {
   return I;
 }
 
-TEST(Bend, equals_the_curvature_of_curved_walls) {
-  EXPECT_NEAR(unseen_turn_radpm(scan_of_bent_walls(kBend_radpm), Vec3::UnitX(), driving()),
-              kBend_radpm, 1e-9);
-  EXPECT_NEAR(unseen_turn_radpm(scan_of_bent_walls(-0.01), Vec3::UnitX(), driving()), -0.01, 1e-9);
-}
-
 TEST(Bend, changes_sign_when_the_axis_is_reversed) {
   Bend bend = bent();
   EXPECT_NEAR(bend.here_radpm(), kBend_radpm, 1e-12);

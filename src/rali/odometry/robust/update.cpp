@@ -9,8 +9,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "rali/odometry/robust/bend.hpp"
-
 namespace rali::odometry {
 
 using geometry::Mat3;
@@ -180,8 +178,10 @@ void compare_with_prediction(const Vec6& y, const Mat6& P66, const Mat3& R_odom_
 /// Removes spurious and unobservable information from the system.
 void keep_what_is_seen(const FilterState& state, const Mat3& R_odom_v, bool inertial,
                        LidarSystem& system, UpdateResult& result) {
-  result.bend_radpm = unseen_turn_radpm(system.I, result.axes.col(0), state);
-  degeneracy::remove_spurious(system.I, system.b, state.T_odom_body.R, result.directions);
+  const Mat3& R = state.T_odom_body.R;
+  const Vec6 screw = degeneracy::least_motion(system.I, 0, R, result.axes);
+  result.bend_radpm = -state.g_odom_mps2.normalized().dot(R * screw.head<3>());
+  degeneracy::remove_spurious(system.I, system.b, R, result.directions);
   if (inertial) Untouched(result.directions, R_odom_v).clear_coupling(system);
 }
 

@@ -24,7 +24,7 @@ struct UpdateResult {
   /// Projector on the translations that the scan must not change.
   geometry::Mat3 untouched = geometry::Mat3::Zero();
   std::array<degeneracy::DirectionInfo, 6> directions;
-  double bend_radpm = 0.0;     ///< unseen_turn_radpm() along the first axis
+  double bend_radpm = 0.0;     ///< turn about up of degeneracy::least_motion() along the first axis
   std::array<bool, 3> sees{};  ///< translations that this scan alone observes
   /// Pose by the LiDAR alone, relative to the prediction (boxplus); zero along unobservable
   /// directions.
