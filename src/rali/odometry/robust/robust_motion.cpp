@@ -226,6 +226,7 @@ void RobustOdometry::end_zero_velocity(const FilterState& before) {
   const FilterState held = state_;
   state_ = standstill_states_.empty() ? before : standstill_states_.front();
   carry_augmented_states(held, state_);
+  know_gyro_bias();
   standstill_states_.clear();
   last_posterior_ = state_;
   moved_scans_ = 0;

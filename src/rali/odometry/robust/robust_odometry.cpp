@@ -38,8 +38,11 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   if (settled) remember_seen(done);
   watch_acceleration(settled && !interrupted);
   if (follows) {
+    measure_turn_speed(inertial);
     measure_noise(done, inertial);
     measure_tilt(done, inertial);
+  } else {
+    turn_speed_.interrupt();
   }
   if (inertial_) constrain(done, findings);
   if (settled) judge(done, findings);
@@ -178,15 +181,6 @@ void RobustOdometry::remember_seen(const UpdateResult& done) {
   lidar_known_ = done.known;
   remember_blindness(done);
   follow_bend(done);
-}
-
-/// Without inertial data only the scans measure the rotation of the vehicle.
-void RobustOdometry::follow_bend(const UpdateResult& done) {
-  const auto axis = degenerate_axis();
-  if (!axis || !inertial_) return bend_.end();
-  if (done.matches < settings_.update.matches_min) return;
-  const double variance_m2 = axis->dot(state_.P.block<3, 3>(kPos, kPos) * *axis);
-  bend_.follow(*axis, done.bend_radpm, std::sqrt(variance_m2));
 }
 
 void RobustOdometry::insert(const LidarScan& scan) {

@@ -22,6 +22,7 @@
 #include "rali/odometry/robust/scan_view.hpp"
 #include "rali/odometry/robust/standstill.hpp"
 #include "rali/odometry/robust/stillness.hpp"
+#include "rali/odometry/robust/turn_speed.hpp"
 #include "rali/odometry/robust/update.hpp"
 #include "rali/odometry/robust/vehicle_constraints.hpp"
 #include "rali/odometry/settings.hpp"
@@ -124,7 +125,10 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   void bend_poses(const geometry::SE3& end);
   void remember_seen(const UpdateResult& done);
   void remember_blindness(const UpdateResult& done);
+  // The bend of a degenerate stretch: robust_bend.cpp.
   void follow_bend(const UpdateResult& done);
+  void know_gyro_bias();
+  void measure_turn_speed(const InertialIntegral& inertial);
   void look_around(const FilterState& predicted, UpdateResult& done);
   // Checks of a scan without inertial data: robust_alone.cpp.
   bool settle_alone(const sensor::LidarScan& scan, const FilterState& predicted,
@@ -279,6 +283,7 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   degeneracy::Axes axes_ = degeneracy::Axes::Identity();
   std::array<bool, 3> degenerate_{};   ///< translations along axes_ that are degenerate
   Bend bend_;                          ///< along the first of them
+  TurnSpeed turn_speed_;               ///< along that one
   bool thin_ = false;                  ///< the support of that axis in this scan is refused
   std::array<int, 3> seeing_scans_{};  ///< consecutive scans in which each was observable
   TrackState track_state_ = TrackState::kWaiting;
