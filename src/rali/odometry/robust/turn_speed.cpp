@@ -11,8 +11,7 @@ namespace {
 constexpr double kWindow_m = 5.0;
 /// By which a map turns in these metres: some ten registrations of 0.01 degrees.
 constexpr double kMap_rad = 5e-4;
-/// Of the scale of a gyro, and of the time between its samples: MEMS data sheets state 0.1 to 0.5
-/// %.
+/// Of the gyro's scale, after calibration.
 constexpr double kScale = 0.005;
 
 }  // namespace

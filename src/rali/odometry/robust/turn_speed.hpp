@@ -8,8 +8,8 @@ namespace rali::odometry {
 
 /// The speed along a degenerate axis by the turn of a bend.
 ///
-/// In a bend the LiDAR turns the vehicle for each metre that it is believed to have driven; the
-/// gyro measures the turn for the metres that it has driven. Their difference is the bend times the
+/// In a bend the LiDAR turns the vehicle for each metre of the estimated way; the gyro measures the
+/// turn for each metre of the true one. Their difference is the bend times the
 /// error of the way, also while the vehicle steers, which both measure alike. In a straight passage
 /// it says nothing, as its variance shows.
 class TurnSpeed {

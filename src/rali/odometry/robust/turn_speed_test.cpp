@@ -19,14 +19,15 @@ TurnSpeed known(double sigma_radps = 0.0) {
   return out;
 }
 
-/// Drives at `true_mps` along a bend; the estimate believes `believed_mps`, and steers alike.
-TurnSpeed::Step step(double bend_radpm, double true_mps, double believed_mps, double steer_radps) {
+/// Drives at `true_mps` along a bend; `estimated_mps` is the speed of the estimate, which steers
+/// alike.
+TurnSpeed::Step step(double bend_radpm, double true_mps, double estimated_mps, double steer_radps) {
   TurnSpeed::Step s;
   s.span_s = kSpan_s;
   s.bend_radpm = bend_radpm;
   s.gyro_rad = (bend_radpm * true_mps + steer_radps) * kSpan_s;
-  s.turn_rad = (bend_radpm * believed_mps + steer_radps) * kSpan_s;
-  s.way_m = believed_mps * kSpan_s;
+  s.turn_rad = (bend_radpm * estimated_mps + steer_radps) * kSpan_s;
+  s.way_m = estimated_mps * kSpan_s;
   return s;
 }
 

@@ -1,0 +1,121 @@
+// Two vehicles in passages without anything along them: round pipes, where nothing shows roll
+// either, and bends, where walls stand across the way.
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "rali/cli/run_for_test.hpp"
+#include "rali/io/files/test_folder.hpp"
+
+namespace rali::cli {
+namespace {
+
+/// A scene, its recording, and the maps made from it.
+class Passage {
+ public:
+  explicit Passage(const std::string& scene) {
+    folder_.write("scene.yaml", scene);
+    const Outcome made = run_rali(
+        {"simulate", folder_.path("scene.yaml"), "-o", folder_.path("sim"), "--seed", "5", "-q"});
+    EXPECT_EQ(made.code, kExitDone) << made.err;
+  }
+
+  /// Maps into `out`. @return the metrics
+  [[nodiscard]] nlohmann::json map(const std::string& out, int exit_code,
+                                   const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> words{"map",         folder_.path("sim/fleet.yaml"),
+                                   "-o",          folder_.path(out),
+                                   "-q",          "--no-mcap",
+                                   "--no-report", "--formats",
+                                   "ply"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome run = run_rali(words);
+    EXPECT_EQ(run.code, exit_code) << run.err;
+    return read(out + "/metrics.json");
+  }
+
+  /// Compares `out` with the truth.
+  [[nodiscard]] nlohmann::json evaluate(const std::string& out) const {
+    const Outcome judged =
+        run_rali({"evaluate", folder_.path(out), "--truth", folder_.path("sim/truth"), "-q"});
+    EXPECT_EQ(judged.code, kExitDone) << judged.out << judged.err;
+    return read(out + "/evaluation.json");
+  }
+
+ private:
+  [[nodiscard]] nlohmann::json read(const std::string& path) const {
+    return nlohmann::json::parse(folder_.read(path));
+  }
+
+  io::TestFolder folder_;
+};
+
+double fleet_error_m(const nlohmann::json& evaluation) {
+  return evaluation["fleet"]["trajectory"]["ape_m"]["rmse"].get<double>();
+}
+
+constexpr char kPipe[] = R"(schema: 1
+tunnel: {length_m: 70, width_m: 1.6, round: true, roughness_m: 0, closed_ends: true}
+vehicles:
+  - {start: [6, 0]}
+  - {start: [9, 0]}
+rounds:
+  - {anchor: v1, routes: {v2: [[9, 0], [20, 0], [36, 0]]}}
+  - {anchor: v2, routes: {v1: [[6, 0], [20, 0], [32, 0]]}}
+uwb: {max_range_m: 400}
+motion: {speed_mps: 1.0, standstill_s: 6}
+duration_s: 0
+)";
+
+// The whole way from calibration to map where no surface is flat: a check, a start pose or a join
+// that needs planes would refuse one of the vehicles. That roll is not measured there is tested by
+// places/align_test.cpp; this recording alone did not fail by it.
+TEST(RoundPipe, two_vehicles_end_in_one_frame) {
+  const Passage pipe(kPipe);
+  EXPECT_EQ(pipe.map("out", kExitDone)["fleet"]["groups"].size(), 1U);
+  EXPECT_LT(fleet_error_m(pipe.evaluate("out")), 0.12);
+}
+
+/// A bend of 100 m radius; SHAPE is to be replaced.
+constexpr char kBend[] = R"(schema: 1
+tunnel: {length_m: 110, SHAPE, roughness_m: 0, curvature_per_m: 0.01}
+vehicles:
+  - {start: [25.708, 3.361], yaw_deg: 14.897}
+  - {start: [28.595, 4.176], yaw_deg: 16.616}
+rounds:
+  - {anchor: v1, routes: {v2: [[28.595, 4.176], [35.695, 6.588], [42.594, 9.525], [49.253, 12.971],
+      [55.636, 16.906], [61.706, 21.308], [67.429, 26.153]]}}
+uwb: {max_range_m: 400}
+motion: {speed_mps: 1.5, standstill_s: 6}
+duration_s: 0
+)";
+
+class TightBend : public testing::TestWithParam<const char*> {};
+
+// If a shift along the axis counts as measured there, ranges are refused and the path is 0.8 to 2 m
+// off, with 0.1 m stated. Without ranges, the accelerometer alone gives 1.0 and 1.9 m, the turn of
+// the gyro 0.14 and 0.35 m.
+TEST_P(TightBend, is_degenerate_and_ranges_or_the_turn_determine_the_position_along_it) {
+  std::string scene = kBend;
+  scene.replace(scene.find("SHAPE"), 5, GetParam());
+  const Passage bend(scene);
+  const nlohmann::json metrics = bend.map("out", kExitDone);
+  EXPECT_EQ(metrics["fleet"]["groups"].size(), 1U);
+  EXPECT_GT(metrics["ranges"]["used"].get<double>(),
+            0.8 * metrics["ranges"]["total"].get<double>());
+  EXPECT_LT(fleet_error_m(bend.evaluate("out")), 0.2);
+  static_cast<void>(
+      bend.map("alone", kExitGaps, {"--set", "ranges.sources=[]", "--set", "priors=[]"}));
+  const nlohmann::json odometry = bend.evaluate("alone")["vehicles"]["v2"]["odometry"];
+  EXPECT_LT(odometry["ape_m"]["rmse"].get<double>(), 0.6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, TightBend,
+                         testing::Values("width_m: 4.85, round: true",
+                                         "width_m: 6, wall_height_m: 1.5"));
+
+}  // namespace
+}  // namespace rali::cli
