@@ -95,9 +95,9 @@ duration_s: 0
 
 class TightBend : public testing::TestWithParam<const char*> {};
 
-// If a shift along the axis counts as measured there, ranges are refused and the path is 0.8 to 2 m
-// off, with 0.1 m stated. Without ranges, the accelerometer alone gives 1.0 and 1.9 m, the turn of
-// the gyro 0.14 and 0.35 m.
+// If a shift along the axis counts as measured there, ranges are refused, and the two are 3.6 and
+// 2.2 m off. Without ranges, the accelerometer alone leaves odometry 0.24 and 0.57 m off with up to
+// 4.8 and 8.0 m stated; with the turn of the gyro 0.11 and 0.09 m, at most 1.5 and 2.0 m stated.
 TEST_P(TightBend, is_degenerate_and_ranges_or_the_turn_determine_the_position_along_it) {
   std::string scene = kBend;
   scene.replace(scene.find("SHAPE"), 5, GetParam());
@@ -107,10 +107,11 @@ TEST_P(TightBend, is_degenerate_and_ranges_or_the_turn_determine_the_position_al
   EXPECT_GT(metrics["ranges"]["used"].get<double>(),
             0.8 * metrics["ranges"]["total"].get<double>());
   EXPECT_LT(fleet_error_m(bend.evaluate("out")), 0.2);
-  static_cast<void>(
-      bend.map("alone", kExitGaps, {"--set", "ranges.sources=[]", "--set", "priors=[]"}));
+  const nlohmann::json alone =
+      bend.map("alone", kExitGaps, {"--set", "ranges.sources=[]", "--set", "priors=[]"});
+  EXPECT_LT(alone["vehicles"]["v2"]["sigma_max_m"].get<double>(), 3.0);
   const nlohmann::json odometry = bend.evaluate("alone")["vehicles"]["v2"]["odometry"];
-  EXPECT_LT(odometry["ape_m"]["rmse"].get<double>(), 0.6);
+  EXPECT_LT(odometry["ape_m"]["rmse"].get<double>(), 0.2);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, TightBend,
