@@ -150,21 +150,21 @@ std::string what_fits(std::span<const PlaneDirection> planes, const Mat3& R_body
   return "Neither the inverse nor other axes fit; is the accelerometer's sign right?";
 }
 
-/// A pipe or a vault along a horizontal axis: all oblique planes run along it, and large planes
-/// along it are neither parallel nor at right angles to each other. Level rings may not see its
-/// bottom, and a rotation about its axis changes nothing that they see. Small planes prove nothing:
-/// a car beside a rolled ground is as oblique to it.
-bool round_section_seen(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
-                        const Vec3& up_body) {
+/// A pipe or a vaulted tunnel along a horizontal axis: all oblique planes run along it, and between
+/// walls on both sides, or large planes along it are neither parallel nor at right angles to each
+/// other. Level rings may not see its bottom, and a rotation about its axis changes nothing that
+/// they see. Small oblique planes prove nothing: a car beside a rolled ground is as oblique to it.
+bool passage_seen(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
+                  const Vec3& up_body) {
   const double sine_of_tilt = std::sin(kTiltMaxDeg / kRadToDeg);
   const double cosine_of_tilt = std::cos(kTiltMaxDeg / kRadToDeg);
+  const Vec3 up_lidar = R_body_lidar.transpose() * up_body;
   const auto is_oblique = [&](const PlaneDirection& plane) {
-    const double cosine = std::abs((R_body_lidar * plane.n_lidar).dot(up_body));
+    const double cosine = std::abs(plane.n_lidar.dot(up_lidar));
     return cosine > sine_of_tilt && cosine < cosine_of_tilt;
   };
   const auto first = std::find_if(planes.begin(), planes.end(), is_oblique);
   if (first == planes.end()) return false;
-  const Vec3 up_lidar = R_body_lidar.transpose() * up_body;
   const Vec3 axis_lidar = first->n_lidar.cross(up_lidar).normalized();
   double elsewhere = 0.0;
   std::vector<Vec3> section_lidar;
@@ -173,14 +173,19 @@ bool round_section_seen(std::span<const PlaneDirection> planes, const Mat3& R_bo
     if (!along && is_oblique(plane)) elsewhere += plane.fraction;
     if (along && plane.fraction > kSectionFraction) section_lidar.push_back(plane.n_lidar);
   }
-  const auto is_bent = [&](const Vec3& one) {
+  const auto is_wall = [&](const Vec3& n_lidar) {
+    return std::abs(n_lidar.dot(up_lidar)) < sine_of_tilt;
+  };
+  const auto closes_a_passage = [&](const Vec3& one) {
     return std::any_of(section_lidar.begin(), section_lidar.end(), [&](const Vec3& other) {
-      const double cosine = std::abs(one.dot(other));
-      return cosine > kBentCosMin && cosine < kBentCosMax;
+      const double cosine = one.dot(other);
+      const bool bent = std::abs(cosine) > kBentCosMin && std::abs(cosine) < kBentCosMax;
+      const bool opposite = cosine < 0.0 && is_wall(one) && is_wall(other);
+      return bent || opposite;
     });
   };
   return elsewhere < kObliqueFraction &&
-         std::any_of(section_lidar.begin(), section_lidar.end(), is_bent);
+         std::any_of(section_lidar.begin(), section_lidar.end(), closes_a_passage);
 }
 
 /// Walls in at least two directions and no oblique planes: what sparse rings see of a narrow
@@ -249,7 +254,7 @@ Result<FindingList> check_extrinsics(std::span<const PlaneDirection> planes,
   if (!tilt || options.extrinsics == ExtrinsicsCheck::kOff) return findings;
   const double tilt_deg = *tilt * kRadToDeg;
   if (tilt_deg <= kTiltMaxDeg || only_walls_seen(planes, R_body_lidar, up_body) ||
-      round_section_seen(planes, R_body_lidar, up_body)) {
+      passage_seen(planes, R_body_lidar, up_body)) {
     return findings;
   }
   const std::string text = fmt::format(

@@ -105,6 +105,27 @@ TEST(Extrinsics, are_accepted_in_a_pipe_without_visible_floor) {
   EXPECT_FALSE(check_extrinsics(pitched, Mat3::Identity(), Vec3::UnitZ(), {}));
 }
 
+TEST(Extrinsics, are_accepted_in_a_vaulted_tunnel_without_visible_floor) {
+  // Sixteen level rings in an arched tunnel 3.65 m wide: walls, the foot of the vault, its end.
+  const std::vector<PlaneDirection> vault = {
+      {Vec3(-0.02, -1.0, -0.07), 0.42},  {Vec3(0.01, 1.0, -0.07), 0.30},
+      {Vec3(-0.04, -0.91, -0.42), 0.09}, {Vec3(0.99, 0.11, -0.01), 0.06},
+      {Vec3(-0.04, -0.61, -0.79), 0.06}, {Vec3(0.01, 0.91, -0.41), 0.06}};
+  EXPECT_TRUE(check_extrinsics(vault, Mat3::Identity(), Vec3::UnitZ(), {}));
+  // The same, LiDAR rolled or pitched by 30 degrees: no walls, or oblique planes at its ends.
+  for (const Vec3& rpy : {Vec3(30.0, 0.0, 0.0), Vec3(0.0, 30.0, 0.0)}) {
+    const Mat3 R = geometry::rotation_from_rpy(rpy.x() * kDeg, rpy.y() * kDeg, 0.0);
+    std::vector<PlaneDirection> turned = vault;
+    turned.push_back({Vec3::UnitZ(), 0.2});  // the floor, farther away
+    for (PlaneDirection& plane : turned) plane.n_lidar = R * plane.n_lidar;
+    EXPECT_FALSE(check_extrinsics(turned, Mat3::Identity(), Vec3::UnitZ(), {})) << rpy;
+  }
+  // Walls before and behind stand upright beside a rolled ground, too.
+  const std::vector<PlaneDirection> between = {
+      {Vec3::UnitX(), 0.2}, {-Vec3::UnitX(), 0.2}, {Vec3(0.0, 0.5, 0.866), 0.5}};
+  EXPECT_FALSE(check_extrinsics(between, Mat3::Identity(), Vec3::UnitZ(), {}));
+}
+
 TEST(Extrinsics, continue_with_a_finding_in_warn_mode) {
   const Mat3 R = geometry::rotation_from_rpy(0.0, 30.0 * kDeg, 0.0);
   InputOptions options;
