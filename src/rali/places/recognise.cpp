@@ -207,10 +207,19 @@ Recognition recognise(const Submap& target, const Submap& source, const Recognis
   return out;
 }
 
-bool may_overlap(const Guess& guess, const NearSettings& s) {
+bool may_overlap(const Submap& target, const Submap& source, const Guess& guess,
+                 const NearSettings& s) {
   const double sigma_m = horizontal_sigma_m(guess);
   if (!(sigma_m <= s.sigma_max_m)) return false;
-  return guess.T_target_source.p.head<2>().norm() - s.gate * sigma_m <= s.view_m;
+  const double reach_m = s.view_m + s.gate * sigma_m;
+  const std::span<const geometry::Vec3f> sources = source.views_m();
+  return std::any_of(sources.begin(), sources.end(), [&](const geometry::Vec3f& own) {
+    const Vec3 from = guess.T_target_source * own.cast<double>();
+    const std::span<const geometry::Vec3f> targets = target.views_m();
+    return std::any_of(targets.begin(), targets.end(), [&](const geometry::Vec3f& to) {
+      return (from - to.cast<double>()).head<2>().norm() <= reach_m;
+    });
+  });
 }
 
 }  // namespace rali::places

@@ -105,19 +105,21 @@ struct Recognition {
                                     const std::optional<Guess>& guess = {});
 
 struct NearSettings {
-  double view_m = 12.0;       ///< two submaps nearer than this have enough view in common
+  double view_m = 12.0;       ///< two submaps with views nearer than this have enough in common
   double gate = 3.0;          ///< in sigma
   double sigma_max_m = 20.0;  ///< a worse guess is not used: query the index
 
   template <class V>
   void visit(V& v) {
-    v("view_m", view_m, 1.0, 100.0, "places nearer than this see enough in common");
+    v("view_m", view_m, 1.0, 100.0, "views nearer than this see enough in common");
     v("gate", gate, 0.0, 10.0, "sigma by which the distance may be less than guessed");
     v("sigma_max_m", sigma_max_m, 0.1, 1000.0, "a worse guess is none");
   }
 };
 
-/// Whether two places may overlap, by the graph's prediction alone.
-[[nodiscard]] bool may_overlap(const Guess& guess, const NearSettings& settings);
+/// Whether two submaps may overlap, by the graph's prediction alone: the distance counts from the
+/// views of one to the nearest of the other.
+[[nodiscard]] bool may_overlap(const Submap& target, const Submap& source, const Guess& guess,
+                               const NearSettings& settings);
 
 }  // namespace rali::places

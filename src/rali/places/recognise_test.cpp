@@ -157,10 +157,21 @@ TEST(guess, accepts_only_poses_within_its_gate) {
   EXPECT_FALSE(within(guess, at(13.3, 0.0, 0.0), 3.0));
   EXPECT_FALSE(within(guess, at(10.0, 0.0, 9.0), 3.0));  // 6 deg and the 1.7 of the minimum gate
   EXPECT_DOUBLE_EQ(horizontal_sigma_m(guess), 1.0);
-  NearSettings near;
-  EXPECT_TRUE(may_overlap(guess_of(at(14.9, 0.0, 0.0), 1.0, 2.0), near));
-  EXPECT_FALSE(may_overlap(guess_of(at(15.1, 0.0, 0.0), 1.0, 2.0), near));
-  EXPECT_FALSE(may_overlap(guess_of(at(1.0, 0.0, 0.0), 30.0, 2.0), near));
+}
+
+TEST(guess, lets_submaps_overlap_by_their_nearest_views) {
+  const NearSettings near;
+  const Two one(test::tunnel(), at(0.0, 0.2, 1.0), at(2.0, -0.2, 1.0), 1);
+  const auto overlap = [&](const Two& two, double ahead_m, double sigma_m) {
+    return may_overlap(two.target, two.source, guess_of(at(ahead_m, 0.0, 0.0), sigma_m, 2.0), near);
+  };
+  EXPECT_TRUE(overlap(one, 14.9, 1.0));
+  EXPECT_FALSE(overlap(one, 15.1, 1.0));
+  EXPECT_FALSE(overlap(one, 1.0, 30.0));
+  const Two seven(test::tunnel(), at(0.0, 0.2, 1.0), at(2.0, -0.2, 1.0), 7);
+  const double length_m = 0.5 * (seven.target.path_m() + seven.source.path_m());
+  EXPECT_TRUE(overlap(seven, 14.9 + length_m, 1.0));
+  EXPECT_FALSE(overlap(seven, 15.1 + length_m, 1.0));
 }
 
 }  // namespace

@@ -72,6 +72,7 @@ void Submap::gather(std::span<const PosedScan> scans, const SE3& T_ref_odom,
     }
     seen.end = points_.size();
     seen_.push_back(seen);
+    views_.push_back(seen.origin);
   }
 }
 

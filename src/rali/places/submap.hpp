@@ -66,6 +66,9 @@ class Submap {
   /// Sum of the distances between successive scans [m].
   [[nodiscard]] double path_m() const { return path_m_; }
 
+  /// Places of the LiDAR, scan by scan.
+  [[nodiscard]] std::span<const geometry::Vec3f> views_m() const { return views_; }
+
  private:
   friend Result<Submap> make_submap(std::span<const PosedScan>, std::size_t, const SubmapSettings&);
 
@@ -91,6 +94,7 @@ class Submap {
   GridIndex plane_index_;
   std::vector<CheckPoint> checks_;
   FreeSpace free_space_;
+  std::vector<geometry::Vec3f> views_;
   double ground_z_m_ = -1.0;
   double path_m_ = 0.0;
 };

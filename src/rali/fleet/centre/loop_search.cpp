@@ -130,7 +130,8 @@ std::vector<LoopCandidate> near_candidates(std::span<const PathSubmap> submaps,
     for (std::size_t target = 0; target < source; ++target) {
       if (!may_be_loop(submaps[target], submaps[source], settings.apart_m)) continue;
       const std::optional<places::Guess> guess = guess_of(target, source);
-      if (!guess || !places::may_overlap(*guess, near)) continue;
+      const places::Submap& t = submaps[target].submap;
+      if (!guess || !places::may_overlap(t, submaps[source].submap, *guess, near)) continue;
       const bool same = submaps[target].path == submaps[source].path;
       if (same && places::horizontal_sigma_m(*guess) < settings.sigma_min_m) continue;
       by_path[submaps[target].path].emplace_back(guess->T_target_source.p.norm(), target, *guess);
