@@ -17,8 +17,24 @@ constexpr double kMinDistance_m = 1e-6;
 /// A range along a blocked path is no measure of the fit of the others: one in ten of them must not
 /// make a correct solution look like a misfit.
 constexpr double kMaxInFit = 9.0;
+/// Of a range between vehicles that start poses relate: it costs at most the square of this.
+constexpr double kBound_sigma = 5.0;
 
 Eigen::Index frame_at(std::size_t f) { return 4 * (static_cast<Eigen::Index>(f) - 1); }
+
+struct Loss {
+  double weight, cost;
+};
+
+/// @param e in sigma
+Loss loss_of(double e, bool bounded, double knee) {
+  if (bounded) {
+    const double square = kBound_sigma * kBound_sigma;
+    return {geometry::geman_mcclure_weight(e, kBound_sigma), square * e * e / (square + e * e)};
+  }
+  const double a = std::abs(e);
+  return {geometry::huber_weight(e, knee), a <= knee ? e * e : 2.0 * knee * a - knee * knee};
+}
 
 Vec3 turned_back(double yaw_rad, const Vec3& v) {
   return YawPose{-yaw_rad, Vec3::Zero()}.turned(v);
@@ -171,15 +187,15 @@ double FrameNormal::write_row(const FrameValues& v, const RangeTerm& r, Eigen::I
   const bool biased = p_.bias_size() > 0;
   const double bias_m = biased ? v.others[static_cast<Eigen::Index>(r.pair)] : 0.0;
   const double e = (rho + bias_m - r.range_m) / r.sigma_m;
-  const double knee = p_.settings.search.huber;
-  const double root = std::sqrt(geometry::huber_weight(e, knee));
+  const Loss loss = loss_of(e, r.bounded, p_.settings.search.huber);
+  const double root = std::sqrt(loss.weight);
   const double scale = root / r.sigma_m;
   double* out = rows_.col(row).data();
   out = write_end(r.a, place_a, r.x_drift, scale * u, out);
   out = write_end(r.b, place_b, r.y_drift, -scale * u, out);
   if (biased) *out = scale;
   residuals_[row] = root * e;
-  return std::abs(e) <= knee ? e * e : 2.0 * knee * std::abs(e) - knee * knee;
+  return loss.cost;
 }
 
 /// All ranges of a pair at once: a dense product is ten times as fast as scattered single updates.

@@ -97,6 +97,18 @@ void add_evidence(const std::vector<PoseEvidence>& evidence, FrameProblem& probl
   }
 }
 
+/// Marks the ranges between frames that a chain of start poses relates.
+void bound_ranges(FrameProblem& problem) {
+  std::vector<std::size_t> chain(problem.keys.size());
+  std::iota(chain.begin(), chain.end(), std::size_t{0});
+  for (const EvidenceGroup& group : problem.evidence) {
+    if (group.alternatives.front().source != EvidenceSource::kPrior) continue;
+    const std::size_t from = chain[group.a.front()], to = chain[group.b.front()];
+    std::replace(chain.begin(), chain.end(), from, to);
+  }
+  for (RangeTerm& range : problem.ranges) range.bounded = chain[range.a] == chain[range.b];
+}
+
 }  // namespace
 
 Eigen::Index FrameProblem::size() const {
@@ -123,6 +135,7 @@ FrameProblem make_frame_problem(const std::vector<StreamKey>& keys,
   }
   add_drift(paths, problem);
   add_evidence(evidence, problem);
+  if (settings.commit.rule != CommitRule::kAtSize) bound_ranges(problem);
   return problem;
 }
 

@@ -17,6 +17,10 @@ struct RangeTerm {
   geometry::Vec3 x_m, y_m;
   double range_m = 0.0, sigma_m = 0.1;
   Eigen::Matrix3Xd x_drift, y_drift;  ///< drift_basis() of both ends
+  /// The user's start poses relate both ends, so the solution is near its start: the loss of the
+  /// range has a maximum. Many ranges around corners, metres too long, else pull off the start
+  /// pose.
+  bool bounded = false;
 };
 
 /// Alternatives of which at most one is true.
@@ -81,7 +85,7 @@ struct FrameSolution {
   bool valid = false;                  ///< false: the solution is not finite
 };
 
-/// Least squares (damped Gauss-Newton, Huber loss on ranges) from `start`, with the given
+/// Least squares (damped Gauss-Newton, robust loss on ranges) from `start`, with the given
 /// alternatives.
 [[nodiscard]] FrameSolution solve_frames(const FrameProblem& problem, const FrameValues& start,
                                          const std::vector<int>& holds);

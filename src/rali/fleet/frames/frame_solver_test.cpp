@@ -29,14 +29,15 @@ struct World {
     return T_world_odom[ref].inverse() * T_world_odom[v];
   }
 
+  /// @param excess_m by which the range is too long
   void range(std::size_t i, std::size_t a, std::size_t b, FrameSolver& solver,
-             double later_s = 0.0) {
+             double excess_m = 0.0, double later_s = 0.0) {
     RangeObservation o;
     o.t = Time::from_s(later_s + static_cast<double>(i));
     o.x_a_m.head<2>() = paths[a][std::min(i, paths[a].size() - 1)];
     o.y_b_m.head<2>() = paths[b][std::min(i, paths[b].size() - 1)];
-    o.range_m =
-        (T_world_odom[a] * o.x_a_m - T_world_odom[b] * o.y_b_m).norm() + 0.05 + 0.07 * rng.normal();
+    o.range_m = (T_world_odom[a] * o.x_a_m - T_world_odom[b] * o.y_b_m).norm() + 0.05 + excess_m +
+                0.07 * rng.normal();
     o.sigma_m = 0.07;
     solver.add_range(keys[a], keys[b], o);
   }
@@ -104,7 +105,7 @@ TEST(FrameSolver, keeps_unconnected_groups_separate_and_reports_them) {
   std::reverse(w.paths[0].begin(), w.paths[0].end());
   std::reverse(w.paths[2].begin(), w.paths[2].end());
   for (std::size_t i = 0; i < 90; ++i) {
-    w.range(i, 0, 2, solver, 90.0);
+    w.range(i, 0, 2, solver, 0.0, 90.0);
     if (i % 3 == 0) solver.evaluate(Time::from_s(90.0 + static_cast<double>(i)));
   }
   EXPECT_TRUE(solver.placed(w.keys[1])) << solver.text(w.keys[1], kNames);
@@ -176,6 +177,25 @@ TEST(FrameSolver, does_not_join_vehicles_whose_ranges_contradict_the_prior) {
   for (std::size_t i = 0; i < 31; ++i) w.range(i, 0, 1, solver);
   solver.evaluate(Time::from_s(60.0));
   EXPECT_FALSE(solver.placed(w.keys[1]));
+}
+
+TEST(FrameSolver, ranges_around_a_corner_do_not_pull_off_a_start_pose) {
+  World w;
+  w.add(1, YawPose{}, {{0, 0}});
+  w.add(2, {0.05, Vec3(10, 1, 0)}, along({{0, 0}, {4, 0}, {4, 14}}, 0.5));
+  InitSettings settings;
+  settings.prior.yaw_deg = 3.0;
+  settings.prior.xyz_m = 0.2;
+  FrameSolver solver(settings, w.keys[0]);
+  const YawPose given{0.02, Vec3(10.1, 0.9, 0)};
+  solver.add_evidence(prior_evidence(w.keys[1], w.keys[0], given, settings));
+  for (std::size_t i = 0; i < 36; ++i) {
+    w.range(i, 0, 1, solver, i < 10 ? 0.0 : 0.3 * (static_cast<double>(i) - 9.0));
+  }
+  solver.evaluate(Time::from_s(60.0));
+  ASSERT_TRUE(solver.placed(w.keys[1]));
+  EXPECT_LT(error_m(w, solver, 0, 1), 0.4);
+  EXPECT_NEAR(solver.T_ref_odom(w.keys[1])->yaw_rad, 0.05, 0.157) << "3 sigma";
 }
 
 TEST(FrameSolver, frames_do_not_depend_on_the_vehicle_ids) {
