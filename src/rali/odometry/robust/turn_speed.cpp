@@ -38,9 +38,7 @@ std::optional<TurnSpeed::Measurement> TurnSpeed::add(const Step& step,
   out.rate_radpmps = step.bend_radpm * w.span_s;
   out.residual_rad = w.gyro_rad - w.turn_rad - step.bend_radpm * w.shift_m;
   const double bias_rad2 = up_body.dot(bias_covariance_ * up_body) * w.span_s * w.span_s;
-  const double scale_rad2 = std::pow(kScale * w.gyro_rad, 2);
-  // The errors of bias and scale are the same in all windows: the k-th one counts a k-th of the
-  // first.
+  // The error of the bias is the same in all windows: the k-th one counts a k-th of the first.
   out.variance_rad2 = w.noise_rad2 + kMap_rad * kMap_rad + measurements_ * (bias_rad2 + scale_rad2);
   interrupt();
   return out;

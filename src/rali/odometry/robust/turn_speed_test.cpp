@@ -54,10 +54,10 @@ TEST(TurnSpeed, has_the_variance_of_noise_map_scale_and_bias_by_hand) {
   TurnSpeed turn = known(3e-4);
   TurnSpeed::Step s = step(0.01, 1.25, 1.25, 0.0);
   s.gyro_noise_radps_rthz = 1e-3;
-  // Noise 1e-6 x 4, map 5e-4^2; bias (3e-4 x 4)^2, 1 % of 0.05 rad.
-  const double own = 4e-6 + 2.5e-7, shared = 1.44e-6 + 2.5e-7;
-  EXPECT_NEAR(next(turn, s).variance_rad2, own + shared, 1e-12);
-  EXPECT_NEAR(next(turn, s).variance_rad2, own + 2.0 * shared, 1e-12) << "bias and scale again";
+  // Noise 1e-6 x 4; bias (3e-4 x 4)^2; map 5e-4^2; 1 % of 0.05 rad.
+  const double once = 4e-6 + 2.5e-7 + 2.5e-7;
+  EXPECT_NEAR(next(turn, s).variance_rad2, once + 1.44e-6, 1e-12);
+  EXPECT_NEAR(next(turn, s).variance_rad2, once + 2.0 * 1.44e-6, 1e-12) << "the same bias again";
 }
 
 TEST(TurnSpeed, says_nothing_in_a_straight_passage) {
