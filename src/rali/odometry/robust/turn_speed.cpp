@@ -39,7 +39,8 @@ std::optional<TurnSpeed::Measurement> TurnSpeed::add(const Step& step,
   out.residual_rad = w.gyro_rad - w.turn_rad - step.bend_radpm * w.shift_m;
   const double bias_rad2 = up_body.dot(bias_covariance_ * up_body) * w.span_s * w.span_s;
   // The error of the bias is the same in all windows: the k-th one counts a k-th of the first.
-  out.variance_rad2 = w.noise_rad2 + kMap_rad * kMap_rad + measurements_ * (bias_rad2 + scale_rad2);
+  out.variance_rad2 = w.noise_rad2 + measurements_ * bias_rad2 + kMap_rad * kMap_rad +
+                      std::pow(kScale * w.gyro_rad, 2);
   interrupt();
   return out;
 }
