@@ -16,10 +16,4 @@ namespace rali::geometry {
   return 1.0 / (1.0 + u * u);
 }
 
-/// IRLS weight of the Geman-McClure loss c^2 r^2 / (c^2 + r^2), which is at most c^2.
-[[nodiscard]] inline double geman_mcclure_weight(double r, double c) {
-  const double w = 1.0 / (1.0 + (r / c) * (r / c));
-  return w * w;
-}
-
 }  // namespace rali::geometry

@@ -26,11 +26,11 @@ struct Loss {
   double weight, cost;
 };
 
-/// @param e in sigma
+/// Huber, or Geman-McClure with a bound. @param e in sigma
 Loss loss_of(double e, bool bounded, double knee) {
   if (bounded) {
-    const double square = kBound_sigma * kBound_sigma;
-    return {geometry::geman_mcclure_weight(e, kBound_sigma), square * e * e / (square + e * e)};
+    const double w = geometry::cauchy_weight(e, kBound_sigma);
+    return {w * w, w * e * e};
   }
   const double a = std::abs(e);
   return {geometry::huber_weight(e, knee), a <= knee ? e * e : 2.0 * knee * a - knee * knee};
