@@ -118,7 +118,8 @@ struct ConstraintSettings {
   template <class V>
   void visit(V& v) {
     v("standstill", standstill, "zero-velocity update at standstill");
-    v("non_holonomic", non_holonomic, "no sideways motion, once the data have shown that it holds");
+    v("non_holonomic", non_holonomic,
+      "no motion sideways or off the ground, once the data have shown that it holds");
     v("ground", ground, "constant height above ground, once the data have shown that it holds");
     v("standstill_after_s", rest_after_s, 0.2, 10.0,
       "length of the standstill before the zero-velocity update");

@@ -18,49 +18,72 @@ constexpr double kForget = 0.99;           // memory of 100 scans
 constexpr double kWeightNeeded = 40.0;     // scans before a constraint is used
 constexpr double kSpeedNeeded_mps = 0.3;   // slower motion has no direction
 constexpr double kFractionNeeded = 0.995;  // of motion along one body direction: within 4 degrees
+constexpr double kClimbMax = 0.15;         // rms; feet and hands sway by more
 constexpr double kSlipSigma_mps = 0.05;
+constexpr double kClimbSigma_mps = 0.01;  // of a vehicle that turns on the spot
 constexpr double kHeightSigmaMax_m = 0.02;
 constexpr double kHeightSigma_m =
     0.06;  // one plane serves many scans: its error does not average out
 constexpr double kSearchDepth_m = 2.5;
 
+/// The unit vector nearest to `up` at right angles to `forward`.
+Vec3 across(const Vec3& forward, const Vec3& up) {
+  const Vec3 level = up - up.dot(forward) * forward;
+  return level.norm() > 0.1 ? level.normalized() : forward.unitOrthogonal();
+}
+
+/// No speed along an axis of the body, by `sigma_mps`; nothing where the filter is more certain.
+void constrain_speed(FilterState& state, const Vec3& axis_body, double sigma_mps) {
+  const Mat3& R = state.T_odom_body.R;
+  const Vec3 axis = R * axis_body;
+  if (axis.dot(state.P.block<3, 3>(kVel, kVel) * axis) < sigma_mps * sigma_mps) return;
+  const Vec3 v_body = R.transpose() * state.v;
+  Eigen::Matrix<double, 1, kStateDim> H = Eigen::Matrix<double, 1, kStateDim>::Zero();
+  H.segment<3>(kTheta) = axis_body.transpose() * geometry::skew(v_body);
+  H.segment<3>(kVel) = axis.transpose();
+  update_linear<1>(state, H, Eigen::Matrix<double, 1, 1>(-axis_body.dot(v_body)),
+                   Eigen::Matrix<double, 1, 1>(sigma_mps * sigma_mps));
+}
+
 }  // namespace
 
 void VehicleConstraints::update(FilterState& state, const Vec3& w_body_radps, const PlaneMap& map,
                                 bool known, const Mat3& untouched) {
-  const Vec3 v_body = state.T_odom_body.R.transpose() * state.v;
-  if (known && v_body.norm() > kSpeedNeeded_mps) learn_direction(v_body);
-  if (settings_.non_holonomic && non_holonomic_holds_) constrain_direction(state, w_body_radps);
+  const Mat3& R = state.T_odom_body.R;
+  const Vec3 v_body = R.transpose() * state.v;
+  const Vec3 up_body = -(R.transpose() * state.g_odom_mps2).normalized();
+  if (known && v_body.norm() > kSpeedNeeded_mps) learn_direction(v_body, up_body);
+  if (settings_.non_holonomic)
+    constrain_direction(state, w_body_radps, across(forward_body_, up_body));
   if (settings_.ground) ground(state, map, known, untouched);
 }
 
-void VehicleConstraints::learn_direction(const Vec3& v_body) {
+void VehicleConstraints::learn_direction(const Vec3& v_body, const Vec3& up_body) {
   directions_ = kForget * directions_ + v_body * v_body.transpose() / v_body.squaredNorm();
   const geometry::Pca3 pca = geometry::pca3(directions_);
   const double weight = directions_.trace();
   non_holonomic_holds_ = weight > kWeightNeeded && pca.values[0] > kFractionNeeded * weight;
   forward_body_ = pca.vectors.col(0);
+  const Vec3 up = across(forward_body_, up_body);
+  climb_ = std::sqrt(std::max(0.0, up.dot(directions_ * up)) / weight);
+  on_ground_ = weight > kWeightNeeded && climb_ < kClimbMax;
 }
 
-void VehicleConstraints::constrain_direction(FilterState& state, const Vec3& w_body_radps) {
+/// A turn moves the sensor sideways, since it is not above the axle; only rolling and pitching move
+/// it up and down, and driving over what is uneven.
+void VehicleConstraints::constrain_direction(FilterState& state, const Vec3& w_body_radps,
+                                             const Vec3& up) {
+  if (non_holonomic_holds_) {
+    const double sigma_mps = kSlipSigma_mps + kSlipPerRate_m * w_body_radps.norm();
+    constrain_speed(state, up.cross(forward_body_), sigma_mps);
+  }
+  if (!on_ground_) return;
   const Mat3& R = state.T_odom_body.R;
-  const double sigma = kSlipSigma_mps + kSlipPerRate_m * w_body_radps.norm();
-  const Vec3 helper = std::abs(forward_body_.z()) < 0.9 ? Vec3::UnitZ() : Vec3::UnitX();
-  const Vec3 side = helper.cross(forward_body_).normalized();
-  const Vec3 up = forward_body_.cross(side);
-  const Mat3 P_v = R.transpose() * state.P.block<3, 3>(kVel, kVel) * R;
-  const double known_side = std::sqrt(std::max(0.0, side.dot(P_v * side)));
-  const double known_up = std::sqrt(std::max(0.0, up.dot(P_v * up)));
-  if (std::max(known_side, known_up) < sigma) return;  // the filter is more certain
-  const Vec3 v_body = R.transpose() * state.v;
-  Eigen::Matrix<double, 2, kStateDim> H = Eigen::Matrix<double, 2, kStateDim>::Zero();
-  Eigen::Matrix<double, 2, 3> axes;
-  axes << side.transpose(), up.transpose();
-  H.block<2, 3>(0, kTheta) = axes * geometry::skew(v_body);
-  H.block<2, 3>(0, kVel) = axes * R.transpose();
-  const Eigen::Vector2d residual = -axes * v_body;
-  const Eigen::Matrix2d noise = sigma * sigma * Eigen::Matrix2d::Identity();
-  update_linear<2>(state, H, residual, noise);
+  const Mat3 level = Mat3::Identity() - up * up.transpose();
+  const Mat3 P_level = level * R.transpose() * state.P.block<3, 3>(kVel, kVel) * R * level;
+  const double speed2 = (level * R.transpose() * state.v).squaredNorm() + P_level.trace();
+  const double rocking = kSlipPerRate_m * (level * w_body_radps).norm();
+  constrain_speed(state, up, kClimbSigma_mps + climb_ * std::sqrt(speed2) + rocking);
 }
 
 /// The normal of a plane is wrong by degrees. Along a tunnel, where the position may be uncertain

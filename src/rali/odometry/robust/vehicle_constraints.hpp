@@ -9,10 +9,10 @@ namespace rali::odometry {
 /// Lateral slip of a turning vehicle at the sensor: lateral speed per turn rate.
 inline constexpr double kSlipPerRate_m = 0.3;
 
-/// Non-holonomic motion and constant height above ground (algorithms 2.6). Both are learnt from the
-/// vehicle's own well observed motion and used only while the data agree: a cart satisfies them, a
-/// drone, a hand or stairs never do. Each is applied only where the filter is less certain than the
-/// constraint.
+/// No sideways motion, no motion off the ground, and constant height above it (algorithms 2.6).
+/// Each is learnt from the vehicle's own well observed motion and used only while the data agree: a
+/// cart satisfies them, a drone, a hand or stairs never do. Each is applied only where the filter
+/// is less certain than the constraint.
 class VehicleConstraints {
  public:
   explicit VehicleConstraints(const ConstraintSettings& settings) : settings_(settings) {}
@@ -24,11 +24,15 @@ class VehicleConstraints {
 
   [[nodiscard]] bool non_holonomic_holds() const { return non_holonomic_holds_; }
 
+  /// The vehicle moves along the ground, also sideways.
+  [[nodiscard]] bool on_ground() const { return on_ground_; }
+
   [[nodiscard]] bool ground_holds() const { return ground_holds_; }
 
  private:
-  void learn_direction(const geometry::Vec3& v_body);
-  void constrain_direction(FilterState& state, const geometry::Vec3& w_body_radps);
+  void learn_direction(const geometry::Vec3& v_body, const geometry::Vec3& up_body);
+  void constrain_direction(FilterState& state, const geometry::Vec3& w_body_radps,
+                           const geometry::Vec3& up);
   void ground(FilterState& state, const PlaneMap& map, bool known, const geometry::Mat3& untouched);
 
   ConstraintSettings settings_;
@@ -36,6 +40,8 @@ class VehicleConstraints {
       geometry::Mat3::Zero();  ///< exponentially weighted sum of v v^T / |v|^2
   geometry::Vec3 forward_body_ = geometry::Vec3::UnitX();
   bool non_holonomic_holds_ = false;
+  double climb_ = 0.0;  ///< rms of the speed off the ground, per speed
+  bool on_ground_ = false;
   double height_m_ = 0.0, height_var_m2_ = 0.0, height_weight_ = 0.0;
   bool ground_holds_ = false;
 };

@@ -72,13 +72,59 @@ TEST(VehicleConstraints, allow_more_lateral_slip_while_turning) {
   EXPECT_EQ(s.v, before.v);
 }
 
+TEST(VehicleConstraints, suppress_motion_off_the_ground_while_turning_on_the_spot) {
+  VehicleConstraints c{ConstraintSettings{}};
+  for (int k = 0; k < 100; ++k) {  // tight curves: the sensor, ahead of the axle, moves sideways
+    FilterState s =
+        driving(0.05 * k, Vec3(0.5, k % 3 == 0 ? 0.2 : -0.2, k % 2 == 0 ? 0.02 : -0.02));
+    c.update(s, Vec3(0.0, 0.0, 0.7), kNoMap, true);
+  }
+  EXPECT_FALSE(c.non_holonomic_holds());
+  ASSERT_TRUE(c.on_ground());
+  // Facing walls, the LiDAR sees neither floor nor ceiling.
+  FilterState s = driving(0.7, Vec3(0.0, 0.1, 0.1));
+  s.P.diagonal().segment<3>(kVel).setConstant(0.04);
+  const FilterState before = s;
+  c.update(s, Vec3(0.0, 0.0, 0.7), kNoMap, false);
+  EXPECT_NEAR(s.v.z(), 0.0, 0.005);
+  EXPECT_LT(std::sqrt(s.P(kVel + 2, kVel + 2)), 0.03);
+  EXPECT_NEAR((s.v - before.v).head<2>().norm(), 0.0, 1e-3) << "sideways it may move";
+}
+
+TEST(VehicleConstraints, allow_motion_off_the_ground_to_what_sways) {
+  VehicleConstraints c{ConstraintSettings{}};
+  for (int k = 0; k < 300; ++k) {  // a hand: 3.5 cm at 1.8 Hz
+    FilterState s = driving(0.0, Vec3(1.2, 0.0, 0.4 * std::sin(0.1 * k)));
+    c.update(s, Vec3::Zero(), kNoMap, true);
+  }
+  EXPECT_FALSE(c.on_ground());
+}
+
+TEST(VehicleConstraints, follow_a_ramp) {
+  VehicleConstraints c{ConstraintSettings{}};
+  const geometry::Mat3 ramp = so3_exp(Vec3(0.0, -0.15, 0.0));
+  for (int k = 0; k < 100; ++k) {
+    FilterState s = driving(0.0, Vec3(1.0, 0.0, 0.0));
+    s.T_odom_body.R = ramp;
+    s.v = ramp * Vec3(1.0, 0.0, 0.0);
+    c.update(s, Vec3::Zero(), kNoMap, true);
+  }
+  ASSERT_TRUE(c.on_ground()) << "along the ramp, not level, is along the ground";
+  FilterState s = driving(0.0, Vec3::Zero());
+  s.T_odom_body.R = ramp;
+  s.v = ramp * Vec3(1.0, 0.0, 0.1);
+  s.P.diagonal().segment<3>(kVel).setConstant(0.04);
+  c.update(s, Vec3::Zero(), kNoMap, false);
+  EXPECT_NEAR(geometry::Vec3(ramp.transpose() * s.v).z(), 0.0, 0.01);
+}
+
 TEST(VehicleConstraints, are_never_enabled_for_motion_in_all_directions) {
   Rng rng(1, "drone");
   VehicleConstraints c{ConstraintSettings{}};
   for (int k = 0; k < 300; ++k) {
     FilterState s = driving(0.02 * k, 2.0 * Vec3(rng.normal(), rng.normal(), 0.5 * rng.normal()));
     c.update(s, Vec3::Zero(), kNoMap, true);
-    EXPECT_FALSE(c.non_holonomic_holds()) << k;
+    EXPECT_FALSE(c.non_holonomic_holds() || c.on_ground()) << k;
   }
 }
 
