@@ -158,7 +158,11 @@ LiveHostEnd LiveHost::Impl::run(HostListener& listener, const std::atomic<bool>&
   if (Status status = advertise(); !status) return {status, 0, {}};
   std::atomic<bool> end{false};
   std::thread disk, record, poses, serial;
-  if (parts_.state != nullptr) disk = std::thread([&] { disk_loop(end); });
+  if (parts_.state != nullptr) {
+    // The first second is reported before anything is written.
+    disk_free_.store(parts_.state->free_bytes(), std::memory_order_relaxed);
+    disk = std::thread([&] { disk_loop(end); });
+  }
   if (parts_.record != nullptr) record = std::thread([&] { record_loop(end); });
   if (parts_.poses != nullptr) poses = std::thread([&] { poses_loop(end); });
   if (parts_.serial != nullptr) serial = std::thread([&] { serial_loop(end); });
