@@ -140,6 +140,10 @@ bool EmulatedRadio::add_port(std::size_t vehicle, std::string& why_not) {
   return why_not.empty();
 }
 
+std::string EmulatedRadio::space(std::size_t vehicle) const {
+  return "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(ports_[vehicle].space);
+}
+
 bool EmulatedRadio::enter(std::size_t vehicle) const {
   return ::setns(ports_[vehicle].space, CLONE_NEWNET) == 0;
 }

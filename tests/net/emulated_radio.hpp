@@ -42,6 +42,9 @@ class EmulatedRadio {
     return "10.77.0." + std::to_string(vehicle + 1);
   }
 
+  /// File of the network namespace of a vehicle, as `nsenter --net=` takes it, while this lives.
+  [[nodiscard]] std::string space(std::size_t vehicle) const;
+
   /// Moves the calling thread into the network of a vehicle. For children of a fork.
   [[nodiscard]] bool enter(std::size_t vehicle) const;
 

@@ -98,6 +98,7 @@ Result<scenario::RecordingSummary> run_live_world_job(sim::FleetSimulation& sim,
   }
   net::RosBusOptions bus_options;
   bus_options.domain = job.ros_domain;
+  bus_options.interface = job.ros_interface;
   bus_options.node_name = "rali_world";
   auto bus = net::open_dds_ros_bus(bus_options);
   if (!bus) return tl::make_unexpected(bus.error());

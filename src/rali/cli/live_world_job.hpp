@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "rali/cli/session.hpp"
 #include "rali/scenario/recording/write_recording.hpp"
 
@@ -9,6 +11,7 @@ struct LiveWorldJob {
   double rate = 1.0;          ///< simulated seconds per second of real time
   double time_limit_s = 0.0;  ///< of simulated time
   int ros_domain = 0;
+  std::string ros_interface = "lo";  ///< name or address of the network
 };
 
 /// A simulated world that runs in real time and communicates by ROS 2 only. It first writes

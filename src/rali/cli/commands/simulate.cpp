@@ -6,6 +6,7 @@
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -61,6 +62,7 @@ class SimulateCommand final : public Command {
   [[nodiscard]] Result<int> run(Session& session) override;
 
  private:
+  [[nodiscard]] std::vector<Option> live_options();
   [[nodiscard]] Status check(Session& session) const;
   [[nodiscard]] Result<SceneSetup> setup() const;
   [[nodiscard]] Status apply_counts(SceneSetup& setup) const;
@@ -71,7 +73,7 @@ class SimulateCommand final : public Command {
   [[nodiscard]] std::string text(const RecordingSummary& summary) const;
 
   std::vector<std::string> inputs_, faults_, assignments_;
-  std::string folder_, lidar_, format_ = "mcap";
+  std::string folder_, lidar_, format_ = "mcap", interface_ = "lo";
   std::string seed_, vehicles_, pedestrians_, duration_s_;  ///< numbers; empty: not given
   int threads_ = 0;
   double rate_ = 1.0;
@@ -81,7 +83,7 @@ class SimulateCommand final : public Command {
 };
 
 std::vector<Option> SimulateCommand::options() {
-  return {
+  std::vector<Option> all = {
       {"-o,--out", "DIR", "where the recording goes", &folder_, false, {}},
       {"--seed", "N", "another place, motion and noise (default 1)", &seed_, false, {}},
       {"--vehicles", "N", "1 to 10; default: what the scene is made for", &vehicles_, false, {}},
@@ -120,14 +122,6 @@ std::vector<Option> SimulateCommand::options() {
        &closed_loop_,
        false,
        {}},
-      {"--live",
-       "",
-       "in real time, sensors as ROS 2 topics; `rali run` of each vehicle drives it",
-       &live_,
-       false,
-       {}},
-      {"--rate", "X", "--live: times real time (default 1)", &rate_, true, {}},
-      {"--domain", "N", "--live: ROS_DOMAIN_ID (default 0)", &domain_, true, {}},
       {"--set",
        "KEY=VALUE",
        "any key of scene.yaml; repeatable. With --closed-loop also settings.* of fleet.yaml, "
@@ -138,6 +132,27 @@ std::vector<Option> SimulateCommand::options() {
        {}},
       {"--threads", "N", "0: one per core; results do not depend on it", &threads_, true, {}},
       {"--overwrite", "", "replace what rali simulate wrote into DIR", &overwrite_, false, {}},
+  };
+  for (Option& option : live_options()) all.push_back(std::move(option));
+  return all;
+}
+
+std::vector<Option> SimulateCommand::live_options() {
+  return {
+      {"--live",
+       "",
+       "in real time, sensors as ROS 2 topics; `rali run` of each vehicle drives it",
+       &live_,
+       false,
+       {}},
+      {"--rate", "X", "--live: times real time (default 1)", &rate_, true, {}},
+      {"--domain", "N", "--live: ROS_DOMAIN_ID (default 0)", &domain_, true, {}},
+      {"--interface",
+       "NAME",
+       "--live: network, by name or address (default lo, this machine alone)",
+       &interface_,
+       true,
+       {}},
   };
 }
 
@@ -298,7 +313,7 @@ Result<RecordingSummary> SimulateCommand::record(const SceneSetup& setup, Sessio
   }
   if (live_) {
     const double limit_s = io::parse_number(duration_s_).value_or(0.0);
-    const LiveWorldJob job{rate_, limit_s > 0.0 ? limit_s : kMissionLimit_s, domain_};
+    const LiveWorldJob job{rate_, limit_s > 0.0 ? limit_s : kMissionLimit_s, domain_, interface_};
     return run_live_world_job(**sim, options, job, session);
   }
   ProgressView view(session);
