@@ -28,6 +28,7 @@ CLEAN = (0.0, 0.0, 0)
 ROS = "10.78.0."  # the clean network of sensors and goals; the world is .254
 VIEW_PORT = 8765
 POLL_S = 1.0
+SETTLE_S = 10.0  # after the mission's end the last facts reach every disk
 SMALL_DISK_MB = 2
 
 # Events: seconds after all vehicles answer, verb, vehicles. "anchor" and "tag" are chosen then.
@@ -267,6 +268,7 @@ class Mission:
             while events and events[0][0] <= now_s:
                 self._do(*events.pop(0)[1:])
             if self.watch.finished() and not events:
+                time.sleep(SETTLE_S)
                 return now_s
         return -(time.monotonic() - begun) if begun else -1.0
 
@@ -340,7 +342,8 @@ def row(args, case, seed):
         if os.path.ismount(state):
             call(["umount", str(state)])
     if args.forget:
-        shutil.rmtree(mission.folder)
+        for recorded in mission.folder.glob("*/*.mcap"):
+            recorded.unlink()
     return out
 
 
@@ -355,7 +358,7 @@ def main():
     parser.add_argument("--cases", default="lossless")
     parser.add_argument("--seeds", default="1")
     parser.add_argument("--record", action="store_true", help="keep what each vehicle receives")
-    parser.add_argument("--forget", action="store_true", help="remove each mission after its row")
+    parser.add_argument("--forget", action="store_true", help="remove the recorded sensors after each row")
     parser.add_argument("--list", action="store_true")
     args = parser.parse_args()
     if args.list:
