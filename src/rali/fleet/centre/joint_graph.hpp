@@ -113,6 +113,7 @@ class JointGraph {
   void take_separator_prior();
   void add_path(std::size_t path);
   void add_steps(std::size_t path);
+  void add_regained(std::size_t path, std::size_t node, graph::RelativePoseFactor& shape);
   void add_start_of_inertial(std::size_t path, std::size_t node);
   void add_tilt(std::size_t path);
   void level();

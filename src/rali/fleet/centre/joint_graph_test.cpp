@@ -114,6 +114,42 @@ TEST(JointGraph, does_not_interpret_a_filter_correction_of_odom_as_motion) {
   EXPECT_LT(std::abs(T_end.p.y()), 0.1) << "of 1.5 m";
 }
 
+enum class End { kOldStructure, kNewStructure, kRanges };
+
+/// The LiDAR does not see the height for 10 s, in which the filter climbs by 0.5 m; then it is back
+/// at 0. @return height of the path in the middle of that, and 5 s after it
+std::pair<double, double> heights_m(End end) {
+  VehiclePath path(VehicleId{0});
+  for (std::uint32_t k = 0; k <= 20; ++k) {
+    const bool open = k > 5 && k <= 15;
+    Increment step = standing_at(Vec3(1.0 * k, 0.0, open ? 0.05 * (k - 5) : 0.0), k);
+    step.v_odom_mps = {1.0, 0.0, open ? 0.05 : 0.0};
+    if (open || (end == End::kRanges && k == 16)) step.lidar_information(5, 5) = 0.0;
+    // An error of the accelerometer that is no constant bias: 0.02 m/s2 up, then down.
+    if (k > 0) step.inertial = second_at_rest(2.5e-5);
+    if (open) step.inertial->dv_mps.z() += k <= 10 ? 0.02 : -0.02;
+    step.covariance.diagonal().tail<3>().setConstant(1e-6);
+    const bool uncertain = open || (end == End::kNewStructure && k > 15);
+    if (uncertain) step.covariance(5, 5) = 0.003 * std::min(k - 5, 10U);
+    path.add(Time::from_s(k), step);
+  }
+  const std::vector<VehiclePath> paths = {path};
+  JointGraph joint(paths, {SE3{}}, {}, {});
+  joint.solve();
+  return {joint.T_map_body(0, 12).p.z(), joint.T_map_body(0, 20).p.z()};
+}
+
+// A vehicle drifted by 0.25 m of height in a dead end and then saw the floor again. Its final path
+// kept the height to its end.
+TEST(JointGraph, returns_to_the_map_from_before_a_degenerate_stretch) {
+  const auto [within_m, after_m] = heights_m(End::kOldStructure);
+  EXPECT_NEAR(after_m, 0.0, 0.02);
+  EXPECT_LT(std::abs(within_m), 0.1) << "the stretch distributes the error";
+  EXPECT_GT(std::abs(heights_m(End::kNewStructure).second), 0.2)
+      << "new structure measures nothing";
+  EXPECT_GT(std::abs(heights_m(End::kRanges).second), 0.2) << "ranges have factors of their own";
+}
+
 /// Two vehicles stand 3 m apart, known to 0.02 m, and measure ranges 40 times within a minute.
 /// @return shift of the second by ranges that are all too long by `excess_m`
 double pulled_m(double excess_m, double stretch_sd) {

@@ -63,6 +63,24 @@ double unseen_variance_m2(const Mat6& covariance_before, const Mat6& covariance)
   return std::max(0.0, grown.bottomRightCorner<3, 3>().trace());
 }
 
+std::vector<Regained> regained(const Mat6& covariance_before, const Mat6& covariance,
+                               const Mat6& lidar_information, const ShapeSettings& s) {
+  constexpr double kFall = 4.0;
+  constexpr double kKnown = 0.5;
+  const Mat3 fraction = known_fraction(lidar_information, s).bottomRightCorner<3, 3>();
+  const Mat3 before = covariance_before.bottomRightCorner<3, 3>();
+  const Mat3 after = covariance.bottomRightCorner<3, 3>();
+  const Eigen::SelfAdjointEigenSolver<Mat3> fall(before - after);
+  std::vector<Regained> out;
+  for (int k = 0; k < 3; ++k) {
+    const geometry::Vec3 axis = fall.eigenvectors().col(k);
+    const double variance_m2 = axis.dot(after * axis);
+    if (fall.eigenvalues()[k] < (kFall - 1.0) * (variance_m2 + s.loose_m * s.loose_m)) continue;
+    if (axis.dot(fraction * axis) > kKnown) out.push_back({axis, variance_m2});
+  }
+  return out;
+}
+
 bool is_loose(const Mat6& lidar_information, const ShapeSettings& s) {
   const Mat6 I = shape_information(lidar_information, geometry::SE3{}, s);
   const auto weakest = [](const geometry::Mat3& block) {

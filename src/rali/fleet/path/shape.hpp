@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "rali/base/settings.hpp"
 #include "rali/geometry/se3.hpp"
 
@@ -55,6 +57,19 @@ struct ShapeSettings {
 
 /// Whether the shape leaves a direction or a rotation of a step unconstrained.
 [[nodiscard]] bool is_loose(const geometry::Mat6& lidar_information, const ShapeSettings& settings);
+
+/// A direction of odom in which a scan has found the map of earlier scans again.
+struct Regained {
+  geometry::Vec3 axis_odom;  ///< unit
+  double variance_m2 = 0.0;  ///< of the position along it, then
+};
+
+/// Directions that the LiDAR observes at a node and in which the variance of the position has
+/// fallen by much since the node before: by the LiDAR, not by ranges.
+[[nodiscard]] std::vector<Regained> regained(const geometry::Mat6& covariance_before,
+                                             const geometry::Mat6& covariance,
+                                             const geometry::Mat6& lidar_information,
+                                             const ShapeSettings& settings);
 
 /// Adds the information of the filter's step where neither LiDAR nor inertial data bridge a gap.
 void loosen_gap(geometry::Mat6& shape, const ShapeSettings& settings);
