@@ -53,8 +53,11 @@ void VehicleConstraints::update(FilterState& state, const Vec3& w_body_radps, co
   const Vec3 v_body = R.transpose() * state.v;
   const Vec3 up_body = -(R.transpose() * state.g_odom_mps2).normalized();
   if (known && v_body.norm() > kSpeedNeeded_mps) learn_direction(v_body, up_body);
-  if (settings_.non_holonomic)
-    constrain_direction(state, w_body_radps, across(forward_body_, up_body));
+  if (settings_.non_holonomic) {
+    const Vec3 up = across(forward_body_, up_body);
+    constrain_sideways(state, w_body_radps, up);
+    if (!known) constrain_climb(state, w_body_radps, up);
+  }
   if (settings_.ground) ground(state, map, known, untouched);
 }
 
@@ -69,14 +72,18 @@ void VehicleConstraints::learn_direction(const Vec3& v_body, const Vec3& up_body
   on_ground_ = weight > kWeightNeeded && climb_ < kClimbMax;
 }
 
-/// A turn moves the sensor sideways, since it is not above the axle; only rolling and pitching move
-/// it up and down, and driving over what is uneven.
-void VehicleConstraints::constrain_direction(FilterState& state, const Vec3& w_body_radps,
-                                             const Vec3& up) {
-  if (non_holonomic_holds_) {
-    const double sigma_mps = kSlipSigma_mps + kSlipPerRate_m * w_body_radps.norm();
-    constrain_speed(state, up.cross(forward_body_), sigma_mps);
-  }
+/// A turn moves the sensor sideways, since it is not above the axle.
+void VehicleConstraints::constrain_sideways(FilterState& state, const Vec3& w_body_radps,
+                                            const Vec3& up) const {
+  if (!non_holonomic_holds_) return;
+  const double sigma_mps = kSlipSigma_mps + kSlipPerRate_m * w_body_radps.norm();
+  constrain_speed(state, up.cross(forward_body_), sigma_mps);
+}
+
+/// Only rolling and pitching move the sensor off the ground, and driving over what is uneven. A
+/// scan that observes all directions measures this better.
+void VehicleConstraints::constrain_climb(FilterState& state, const Vec3& w_body_radps,
+                                         const Vec3& up) const {
   if (!on_ground_) return;
   const Mat3& R = state.T_odom_body.R;
   const Mat3 level = Mat3::Identity() - up * up.transpose();

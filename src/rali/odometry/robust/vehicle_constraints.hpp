@@ -31,8 +31,10 @@ class VehicleConstraints {
 
  private:
   void learn_direction(const geometry::Vec3& v_body, const geometry::Vec3& up_body);
-  void constrain_direction(FilterState& state, const geometry::Vec3& w_body_radps,
-                           const geometry::Vec3& up);
+  void constrain_sideways(FilterState& state, const geometry::Vec3& w_body_radps,
+                          const geometry::Vec3& up) const;
+  void constrain_climb(FilterState& state, const geometry::Vec3& w_body_radps,
+                       const geometry::Vec3& up) const;
   void ground(FilterState& state, const PlaneMap& map, bool known, const geometry::Mat3& untouched);
 
   ConstraintSettings settings_;
