@@ -18,6 +18,7 @@ constexpr double kForget = 0.99;           // memory of 100 scans
 constexpr double kWeightNeeded = 40.0;     // scans before a constraint is used
 constexpr double kSpeedNeeded_mps = 0.3;   // slower motion has no direction
 constexpr double kFractionNeeded = 0.995;  // of motion along one body direction: within 4 degrees
+constexpr double kUnseen = 0.5;            // square of the cosine: within 45 degrees
 constexpr double kClimbMax = 0.15;         // rms; feet and hands sway by more
 constexpr double kSlipSigma_mps = 0.05;
 constexpr double kClimbSigma_mps = 0.01;  // of a vehicle that turns on the spot
@@ -56,7 +57,8 @@ void VehicleConstraints::update(FilterState& state, const Vec3& w_body_radps, co
   if (settings_.non_holonomic) {
     const Vec3 up = across(forward_body_, up_body);
     constrain_sideways(state, w_body_radps, up);
-    if (!known) constrain_climb(state, w_body_radps, up);
+    const Vec3 up_odom = R * up;
+    if (up_odom.dot(untouched * up_odom) > kUnseen) constrain_climb(state, w_body_radps, up);
   }
   if (settings_.ground) ground(state, map, known, untouched);
 }
@@ -81,7 +83,7 @@ void VehicleConstraints::constrain_sideways(FilterState& state, const Vec3& w_bo
 }
 
 /// Only rolling and pitching move the sensor off the ground, and driving over what is uneven. A
-/// scan that observes all directions measures this better.
+/// scan that observes the height measures this better.
 void VehicleConstraints::constrain_climb(FilterState& state, const Vec3& w_body_radps,
                                          const Vec3& up) const {
   if (!on_ground_) return;

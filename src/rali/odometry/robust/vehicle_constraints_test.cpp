@@ -85,7 +85,9 @@ TEST(VehicleConstraints, suppress_motion_off_the_ground_while_turning_on_the_spo
   FilterState s = driving(0.7, Vec3(0.0, 0.1, 0.1));
   s.P.diagonal().segment<3>(kVel).setConstant(0.04);
   const FilterState before = s;
-  c.update(s, Vec3(0.0, 0.0, 0.7), kNoMap, false);
+  c.update(s, Vec3(0.0, 0.0, 0.7), kNoMap, false, Vec3::UnitX().asDiagonal());
+  EXPECT_EQ(s.v, before.v) << "the LiDAR observes the height";
+  c.update(s, Vec3(0.0, 0.0, 0.7), kNoMap, false, Vec3::UnitZ().asDiagonal());
   EXPECT_NEAR(s.v.z(), 0.0, 0.005);
   EXPECT_LT(std::sqrt(s.P(kVel + 2, kVel + 2)), 0.03);
   EXPECT_NEAR((s.v - before.v).head<2>().norm(), 0.0, 1e-3) << "sideways it may move";
@@ -114,7 +116,7 @@ TEST(VehicleConstraints, follow_a_ramp) {
   s.T_odom_body.R = ramp;
   s.v = ramp * Vec3(1.0, 0.0, 0.1);
   s.P.diagonal().segment<3>(kVel).setConstant(0.04);
-  c.update(s, Vec3::Zero(), kNoMap, false);
+  c.update(s, Vec3::Zero(), kNoMap, false, Vec3::UnitZ().asDiagonal());
   EXPECT_NEAR(geometry::Vec3(ramp.transpose() * s.v).z(), 0.0, 0.01);
 }
 
