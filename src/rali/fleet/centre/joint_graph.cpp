@@ -207,6 +207,19 @@ void JointGraph::add_steps(std::size_t path) {
   }
 }
 
+/// The last node before `node` that knows the position along the axis as well as `found`. Nothing
+/// within this chain of steps, or before the separator: nothing.
+std::optional<std::size_t> JointGraph::known_before(std::size_t path, std::size_t node,
+                                                    const Regained& found) const {
+  const double loose_m2 = settings_.shape.loose_m * settings_.shape.loose_m;
+  for (std::size_t k = node; k > begin_[path] && paths_[path].ties_to_before(k); --k) {
+    const Increment& step = paths_[path].nodes()[k - 1].step;
+    const double variance_m2 = position_variance_m2(step.covariance, found.axis_odom);
+    if (variance_m2 <= found.variance_m2 + loose_m2) return k - 1;
+  }
+  return std::nullopt;
+}
+
 /// At the end of a degenerate stretch a scan may find the map from before the stretch again. The
 /// filter's pose then steps by the error of the whole stretch, which the last step did not make:
 /// the pose is constrained to the last node that knew this direction as well, and the stretch
@@ -215,35 +228,26 @@ void JointGraph::add_steps(std::size_t path) {
 /// @param shape of the step to the node; gives no constraint along such a direction any more
 void JointGraph::add_regained(std::size_t path, std::size_t node,
                               graph::RelativePoseFactor& shape) {
-  const auto& nodes = paths_[path].nodes();
-  const Increment& step = nodes[node].step;
-  const Increment& before = nodes[node - 1].step;
-  const double floor_m2 = settings_.shape.loose_m * settings_.shape.loose_m;
+  const Increment& step = paths_[path].nodes()[node].step;
+  const Increment& before = paths_[path].nodes()[node - 1].step;
+  const double loose_m2 = settings_.shape.loose_m * settings_.shape.loose_m;
   for (const Regained& found :
        regained(before.covariance, step.covariance, step.lidar_information, settings_.shape)) {
-    const auto variance_m2 = [&](std::size_t k) {
-      const Mat6& P = nodes[k].step.covariance;
-      return found.axis_odom.dot(P.bottomRightCorner<3, 3>() * found.axis_odom);
-    };
-    std::size_t known = node - 1;
-    while (known > begin_[path] && paths_[path].ties_to_before(known) &&
-           variance_m2(known) > found.variance_m2 + floor_m2) {
-      --known;
-    }
-    if (variance_m2(known) > found.variance_m2 + floor_m2) continue;
-    const SE3& T_odom_known = nodes[known].step.T_odom_body;
-    graph::RelativePoseFactor bridge;
-    bridge.i = seq(path, known);
-    bridge.j = shape.j;
-    bridge.T_i_j = T_odom_known.inverse() * step.T_odom_body;
-    const Vec3 axis = T_odom_known.R.transpose() * found.axis_odom;
-    const double grown_m2 = std::max(0.0, found.variance_m2 - variance_m2(known));
-    bridge.information.bottomRightCorner<3, 3>() = axis * axis.transpose() / (grown_m2 + floor_m2);
+    const std::optional<std::size_t> known = known_before(path, node, found);
+    if (!known) continue;
+    const Increment& from = paths_[path].nodes()[*known].step;
+    const double grown_m2 =
+        found.variance_m2 - position_variance_m2(from.covariance, found.axis_odom);
+    const Vec3 axis = from.T_odom_body.R.transpose() * found.axis_odom;
+    graph::RelativePoseFactor bridge{seq(path, *known), shape.j,
+                                     from.T_odom_body.inverse() * step.T_odom_body};
+    bridge.information.bottomRightCorner<3, 3>() =
+        axis * axis.transpose() / (std::max(0.0, grown_m2) + loose_m2);
     graph_->add(bridge);
-    Mat6 other = Mat6::Identity();
     const Vec3 axis_before = before.T_odom_body.R.transpose() * found.axis_odom;
-    other.bottomRightCorner<3, 3>() -= axis_before * axis_before.transpose();
-    shape.information = other * shape.information * other;
+    Mat6 others = Mat6::Identity();
+    others.bottomRightCorner<3, 3>() -= axis_before * axis_before.transpose();
+    shape.information = others * shape.information * others;
   }
 }
 

@@ -11,6 +11,7 @@
 #include "rali/fleet/centre/joint_ranges.hpp"
 #include "rali/fleet/centre/settings.hpp"
 #include "rali/fleet/messages/separator_prior.hpp"
+#include "rali/fleet/path/shape.hpp"
 #include "rali/fleet/path/vehicle_path.hpp"
 #include "rali/graph/pose_graph.hpp"
 #include "rali/ranging/settings.hpp"
@@ -113,6 +114,8 @@ class JointGraph {
   void take_separator_prior();
   void add_path(std::size_t path);
   void add_steps(std::size_t path);
+  [[nodiscard]] std::optional<std::size_t> known_before(std::size_t path, std::size_t node,
+                                                        const Regained& found) const;
   void add_regained(std::size_t path, std::size_t node, graph::RelativePoseFactor& shape);
   void add_start_of_inertial(std::size_t path, std::size_t node);
   void add_tilt(std::size_t path);

@@ -116,18 +116,19 @@ TEST(JointGraph, does_not_interpret_a_filter_correction_of_odom_as_motion) {
 
 enum class End { kOldStructure, kNewStructure, kRanges };
 
-/// The LiDAR does not see the height for 10 s, in which the filter climbs by 0.5 m; then it is back
-/// at 0. @return height of the path in the middle of that, and 5 s after it
-std::pair<double, double> heights_m(End end) {
+/// The LiDAR does not see the height for 10 s, in which the filter climbs; then it is back at 0.
+/// @return height of the path in the middle of that, and 5 s after it
+std::pair<double, double> heights_m(End end, double climb_m = 0.5) {
+  const double climb_mps = climb_m / 10.0;
   VehiclePath path(VehicleId{0});
   for (std::uint32_t k = 0; k <= 20; ++k) {
     const bool open = k > 5 && k <= 15;
-    Increment step = standing_at(Vec3(1.0 * k, 0.0, open ? 0.05 * (k - 5) : 0.0), k);
-    step.v_odom_mps = {1.0, 0.0, open ? 0.05 : 0.0};
+    Increment step = standing_at(Vec3(1.0 * k, 0.0, open ? climb_mps * (k - 5) : 0.0), k);
+    step.v_odom_mps = {1.0, 0.0, open ? climb_mps : 0.0};
     if (open || (end == End::kRanges && k == 16)) step.lidar_information(5, 5) = 0.0;
-    // An error of the accelerometer that is no constant bias: 0.02 m/s2 up, then down.
+    // An error of the accelerometer that is no constant bias: up, then down.
     if (k > 0) step.inertial = second_at_rest(2.5e-5);
-    if (open) step.inertial->dv_mps.z() += k <= 10 ? 0.02 : -0.02;
+    if (open) step.inertial->dv_mps.z() += (k <= 10 ? 0.4 : -0.4) * climb_mps;
     step.covariance.diagonal().tail<3>().setConstant(1e-6);
     const bool uncertain = open || (end == End::kNewStructure && k > 15);
     if (uncertain) step.covariance(5, 5) = 0.003 * std::min(k - 5, 10U);
@@ -148,6 +149,13 @@ TEST(JointGraph, returns_to_the_map_from_before_a_degenerate_stretch) {
   EXPECT_GT(std::abs(heights_m(End::kNewStructure).second), 0.2)
       << "new structure measures nothing";
   EXPECT_GT(std::abs(heights_m(End::kRanges).second), 0.2) << "ranges have factors of their own";
+}
+
+// A correction of less than 0.15 m is taken for motion, and bent the stretch before it by as much.
+TEST(JointGraph, distributes_the_error_of_a_degenerate_stretch_also_if_it_is_small) {
+  const auto [within_m, after_m] = heights_m(End::kOldStructure, 0.1);
+  EXPECT_NEAR(after_m, 0.0, 0.005);
+  EXPECT_LT(std::abs(within_m), 0.03);
 }
 
 /// Two vehicles stand 3 m apart, known to 0.02 m, and measure ranges 40 times within a minute.

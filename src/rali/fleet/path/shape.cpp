@@ -63,19 +63,23 @@ double unseen_variance_m2(const Mat6& covariance_before, const Mat6& covariance)
   return std::max(0.0, grown.bottomRightCorner<3, 3>().trace());
 }
 
+double position_variance_m2(const Mat6& covariance, const geometry::Vec3& axis_odom) {
+  return axis_odom.dot(covariance.bottomRightCorner<3, 3>() * axis_odom);
+}
+
 std::vector<Regained> regained(const Mat6& covariance_before, const Mat6& covariance,
                                const Mat6& lidar_information, const ShapeSettings& s) {
+  // To at most half the sigma: then at least three quarters of the information are new.
   constexpr double kFall = 4.0;
-  constexpr double kKnown = 0.5;
+  constexpr double kKnown = 0.5;  // better than a scan of `known_m`
   const Mat3 fraction = known_fraction(lidar_information, s).bottomRightCorner<3, 3>();
-  const Mat3 before = covariance_before.bottomRightCorner<3, 3>();
-  const Mat3 after = covariance.bottomRightCorner<3, 3>();
-  const Eigen::SelfAdjointEigenSolver<Mat3> fall(before - after);
+  const Mat3 fall = (covariance_before - covariance).bottomRightCorner<3, 3>();
+  const Eigen::SelfAdjointEigenSolver<Mat3> falls(fall);
   std::vector<Regained> out;
   for (int k = 0; k < 3; ++k) {
-    const geometry::Vec3 axis = fall.eigenvectors().col(k);
-    const double variance_m2 = axis.dot(after * axis);
-    if (fall.eigenvalues()[k] < (kFall - 1.0) * (variance_m2 + s.loose_m * s.loose_m)) continue;
+    const geometry::Vec3 axis = falls.eigenvectors().col(k);
+    const double variance_m2 = position_variance_m2(covariance, axis);
+    if (falls.eigenvalues()[k] < (kFall - 1.0) * (variance_m2 + s.loose_m * s.loose_m)) continue;
     if (axis.dot(fraction * axis) > kKnown) out.push_back({axis, variance_m2});
   }
   return out;

@@ -58,6 +58,10 @@ struct ShapeSettings {
 /// Whether the shape leaves a direction or a rotation of a step unconstrained.
 [[nodiscard]] bool is_loose(const geometry::Mat6& lidar_information, const ShapeSettings& settings);
 
+/// Variance of the position along a unit vector of odom, by a covariance of geometry::boxplus.
+[[nodiscard]] double position_variance_m2(const geometry::Mat6& covariance,
+                                          const geometry::Vec3& axis_odom);
+
 /// A direction of odom in which a scan has found the map of earlier scans again.
 struct Regained {
   geometry::Vec3 axis_odom;  ///< unit
