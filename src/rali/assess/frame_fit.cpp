@@ -59,19 +59,30 @@ Result<FrameFit> fit_frame(const eval::PairList& pairs, Alignment asked) {
 
 eval::Gauge frame_gauge(std::span<const StatedPairs> vehicles, Alignment asked) {
   if (asked == Alignment::kNone) return {};
+  constexpr double kNotStated = std::numeric_limits<double>::infinity();
   const eval::PosePair* reference = nullptr;
-  double minimum = std::numeric_limits<double>::infinity();
+  const eval::PosePair* level = nullptr;
+  double minimum = kNotStated;
+  double minimum_rad2 = kNotStated;
   for (const StatedPairs& v : vehicles) {
     if (v.pairs->empty()) continue;
     const eval::PosePair& first = v.pairs->front();
-    if (v.is_reference) return eval::gauge_of(first);
     const bool stated = first.est_index < v.covariances->size();
-    const double trace = stated ? (*v.covariances)[first.est_index].trace() : minimum;
-    if (reference != nullptr && !(trace < minimum)) continue;
-    reference = &first;
-    minimum = trace;
+    const geometry::Vec6 variance =
+        stated ? geometry::Vec6((*v.covariances)[first.est_index].diagonal())
+               : geometry::Vec6::Constant(kNotStated);
+    const double all = v.is_reference ? -1.0 : variance.sum();
+    if (reference == nullptr || all < minimum) {
+      reference = &first;
+      minimum = all;
+    }
+    const double rotation_rad2 = variance.head<3>().sum();
+    if (level == nullptr || rotation_rad2 < minimum_rad2) {
+      level = &first;
+      minimum_rad2 = rotation_rad2;
+    }
   }
-  return reference != nullptr ? eval::gauge_of(*reference) : eval::Gauge{};
+  return reference != nullptr ? eval::gauge_of(*reference, *level) : eval::Gauge{};
 }
 
 }  // namespace rali::assess

@@ -29,8 +29,9 @@ struct StatedPairs {
   bool is_reference = false;
 };
 
-/// The gauge of vehicles that share a frame: the first evaluated pose of the reference vehicle. An
-/// estimate in the ground truth's own frame has none.
+/// The gauge of vehicles that share a frame: origin and heading of the first evaluated pose of the
+/// reference vehicle, and the level of the first pose that states it best. An estimate in the
+/// ground truth's own frame has none.
 /// @param vehicles  without the reference vehicle, the one with the smallest covariance replaces it
 [[nodiscard]] eval::Gauge frame_gauge(std::span<const StatedPairs> vehicles, eval::Alignment asked);
 

@@ -1,5 +1,7 @@
 #include "rali/eval/gauge.hpp"
 
+#include <cmath>
+
 #include "rali/geometry/so3.hpp"
 
 namespace rali::eval {
@@ -24,6 +26,16 @@ bool Gauge::holds(const PosePair& pair) const {
 
 Gauge gauge_of(const PosePair& reference) {
   return {reference.est * reference.ref.inverse(), reference};
+}
+
+Gauge gauge_of(const PosePair& reference, const PosePair& level) {
+  const geometry::Mat3 R_level = level.est.R * level.ref.R.transpose();
+  const geometry::Mat3 left = reference.est.R * (R_level * reference.ref.R).transpose();
+  const double heading_rad = std::atan2(left(1, 0) - left(0, 1), left(0, 0) + left(1, 1));
+  SE3 T;
+  T.R = geometry::rotation_from_rpy(0.0, 0.0, heading_rad) * R_level;
+  T.p = reference.est.p - T.R * reference.ref.p;
+  return {T, reference};
 }
 
 }  // namespace rali::eval

@@ -26,4 +26,8 @@ struct Gauge {
 /// The gauge fixed by one pose.
 [[nodiscard]] Gauge gauge_of(const PosePair& reference);
 
+/// The gauge with origin and heading of one pose and the level of another: a vehicle that has stood
+/// since its start knows its level to a degree only, and the map has that of one that drove.
+[[nodiscard]] Gauge gauge_of(const PosePair& reference, const PosePair& level);
+
 }  // namespace rali::eval

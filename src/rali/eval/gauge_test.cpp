@@ -46,6 +46,22 @@ TEST(Gauge, heading_error_of_the_reference_shifts_all_other_poses) {
   EXPECT_NEAR((truth.p - Vec3(10, 0, 0)).norm(), 10.0 * kDegree, 1e-4);
 }
 
+// The reference stands, takes itself for pitched by 2 degrees and heads along y in map; the other
+// vehicle is level. At 10 m ahead the reference's own level would be 0.35 m in height.
+TEST(Gauge, may_have_the_heading_of_one_pose_and_the_level_of_another) {
+  SE3 tilted = pose(1, 0, 0, 90.0);
+  tilted.R = tilted.R * geometry::rotation_from_rpy(0.0, 2.0 * kDegree, 0.0);
+  const PosePair reference = pair_of(1.0, tilted, pose(0, 0, 0));
+  const PosePair level = pair_of(1.0, pose(3, 0, 0, 91.0), pose(0, -2, 0));
+  const SE3 truth = gauge_of(reference, level).T_est_ref * pose(10, 0, 0);
+  EXPECT_NEAR((truth.p - Vec3(1, 10, 0)).norm(), 0.0, 1e-9);
+  EXPECT_NEAR(std::abs((gauge_of(reference).T_est_ref * pose(10, 0, 0)).p.z()), 0.349, 1e-3);
+  const SE3 same =
+      gauge_of(reference, reference).T_est_ref.inverse() * gauge_of(reference).T_est_ref;
+  EXPECT_TRUE(same.R.isIdentity(1e-12));
+  EXPECT_LT(same.p.norm(), 1e-12);
+}
+
 TEST(Gauge, holds_only_while_estimate_and_ground_truth_stay_at_the_reference) {
   const Gauge gauge = gauge_of(pair_of(1.0, pose(1, 0, 0, 90.0), pose(0, 0, 0)));
   EXPECT_TRUE(gauge.holds(pair_of(1.0, pose(1, 0, 0, 90.0), pose(0, 0, 0))));

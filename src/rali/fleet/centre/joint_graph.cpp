@@ -62,7 +62,7 @@ JointGraph::JointGraph(std::span<const VehiclePath> paths,
     if (!T_map_odom_[path] || paths_[path].nodes().empty()) continue;
     nodes += paths_[path].nodes().size() - begin_[path];
     add_path(path);
-    if (!fixed) graph_->fix(seq(path, 0));
+    if (!fixed) hold_map(seq(path, 0), T_map_body(path, 0));
     fixed = true;
   }
   first_.push_back(nodes);
@@ -294,7 +294,6 @@ void JointGraph::solve() {
     } else {
       graph_->solve_full();
     }
-    level();
     if (round + 1 < settings_.rounds) reclassify_outliers();
   }
 }
@@ -313,7 +312,7 @@ Mat6 JointGraph::covariance(std::size_t path, std::size_t node) {
   const Mat6 fraction =
       node == 0 ? Mat6(Mat6::Identity()) : known_fraction(step.lidar_information, settings_.shape);
   const Mat6 of_map = turn * fraction * step.covariance * fraction.transpose() * turn.transpose();
-  if (covariances_.empty()) covariances_ = graph_->covariances();
+  if (covariances_.empty()) covariances_ = covariances_in_map();
   steps_.resize(paths_.size());
   if (steps_[path].empty()) steps_[path] = shape_covariances(paths_[path], settings_);
   const Mat6 of_steps = turn * steps_[path][node] * turn.transpose();

@@ -77,8 +77,9 @@ class JointGraph {
   [[nodiscard]] std::size_t begin(std::size_t path) const { return begin_[path]; }
 
   [[nodiscard]] geometry::SE3 T_map_body(std::size_t path, std::size_t node) const;
-  /// Of geometry::boxplus. Relative to the map's origin; includes the error of the odometry's own
-  /// map in observable directions.
+  /// Of geometry::boxplus. Relative to the map's origin and heading, which are those of the first
+  /// node, and to its level, which is that of the vehicle that knows it best, at its first node in
+  /// the graph. Includes the error of the odometry's own map in observable directions.
   [[nodiscard]] geometry::Mat6 covariance(std::size_t path, std::size_t node);
 
   [[nodiscard]] graph::PoseGraph& graph() { return *graph_; }
@@ -119,7 +120,9 @@ class JointGraph {
   void add_regained(std::size_t path, std::size_t node, graph::RelativePoseFactor& shape);
   void add_start_of_inertial(std::size_t path, std::size_t node);
   void add_tilt(std::size_t path);
-  void level();
+  void hold_map(graph::Seq seq, const geometry::SE3& T_map_body);
+  [[nodiscard]] std::optional<graph::Seq> level_reference() const;
+  [[nodiscard]] std::vector<geometry::Mat6> covariances_in_map() const;
   [[nodiscard]] std::vector<bool> inertial_nodes(std::size_t path) const;
   [[nodiscard]] graph::RangeEnd end_of(std::size_t path, const RangeEnd& end) const;
   [[nodiscard]] geometry::Vec3 velocity_map(std::size_t path, const RangeEnd& end) const;
@@ -139,8 +142,8 @@ class JointGraph {
   std::vector<std::size_t> begin_;  ///< index of the first node of each path
   std::vector<std::size_t> first_;  ///< its number in the graph; the last one is the end
   std::vector<AntennaPair> pairs_;
-  std::vector<Range> ranges_;  ///< by time
-  std::vector<graph::GravityFactor> gravity_;
+  std::vector<Range> ranges_;            ///< by time
+  std::optional<graph::Seq> holds_map_;  ///< the node that fixes the map's origin and heading
   std::size_t stretches_ = 0;
   std::uint64_t next_range_ = 0;
   std::vector<geometry::Mat6> covariances_;         ///< of all nodes, once computed

@@ -122,7 +122,7 @@ void JointGraph::take_separator_prior() {
     for (std::size_t path = 0; path < paths_.size(); ++path) {
       if (!known.holds_map || stream_of(paths_[path]) != known.stream) continue;
       graph_->set_pose(seq(path, begin_[path]), known.T_map_body);
-      graph_->fix(seq(path, begin_[path]));
+      hold_map(seq(path, begin_[path]), known.T_map_body);
     }
   }
 }
@@ -174,9 +174,9 @@ SeparatorPrior JointGraph::separator(Time until) {
       ++last;
     }
     const Seq at = seq(path, last);
-    const bool fixed = graph_->nodes()[at].fixed;
+    const bool holds_map = holds_map_ == at;
     out.paths.push_back({stream_of(paths_[path]), nodes[last].step.node, graph_->pose(at),
-                         graph_->covariance(at), fixed});
+                         graph_->covariance(at), holds_map});
   }
   left.marginalise(std::move(leave));
   const graph::DensePrior& prior = left.separator();

@@ -9,10 +9,14 @@ namespace rali::fleet {
 
 using geometry::SE3;
 using geometry::Vec3;
+using graph::Seq;
 
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+/// What fixes the map's frame: far below any real uncertainty.
+constexpr double kHeld_rad = 1e-5;
+constexpr double kHeld_m = 1e-4;
 
 }  // namespace
 
@@ -47,25 +51,50 @@ void JointGraph::add_tilt(std::size_t path) {
     gravity.up_body = step.T_odom_body.R.transpose() * up_odom;
     gravity.sigma_rad = 1.0 / std::sqrt(information);
     graph_->add(gravity);
-    gravity_.push_back(gravity);
   }
 }
 
-/// The first pose defines the map's frame, but up in it is determined by all paths: the first
-/// vehicle may have stood since its start, where gravity and the bias of the accelerometer cannot
-/// be told apart. A separator prior contains the map's frame with its level.
-void JointGraph::level() {
-  if (before_ != nullptr) return;
-  Vec3 up_map = Vec3::Zero();
-  for (const graph::GravityFactor& gravity : gravity_) {
-    up_map += graph_->pose(gravity.i).R * gravity.up_body / std::pow(gravity.sigma_rad, 2);
+/// The map's origin and heading are those of one node. Its roll and pitch are estimated like all
+/// others: a vehicle that has stood since its start knows its level to a degree only, since it
+/// cannot tell gravity from the bias of the accelerometer, and the others know it better.
+void JointGraph::hold_map(Seq seq, const SE3& T_map_body) {
+  const Vec3 up_body = T_map_body.R.transpose() * Vec3::UnitZ();
+  geometry::Mat6 information = geometry::Mat6::Zero();
+  information.topLeftCorner<3, 3>() = up_body * up_body.transpose() / (kHeld_rad * kHeld_rad);
+  information.diagonal().tail<3>().setConstant(1.0 / (kHeld_m * kHeld_m));
+  graph_->add_pose_prior(seq, T_map_body, information);
+  holds_map_ = seq;
+}
+
+/// First node of the path that knows its level best; of equal ones the first.
+std::optional<Seq> JointGraph::level_reference() const {
+  std::optional<Seq> best;
+  double sigma_rad = 0.0;
+  for (std::size_t path = 0; path < paths_.size(); ++path) {
+    if (!T_map_odom_[path] || paths_[path].nodes().empty()) continue;
+    const Increment* newest = paths_[path].newest_levelled();
+    const Increment& step = newest != nullptr ? *newest : paths_[path].nodes().front().step;
+    const double own_rad = level_sigma_rad(step, settings_);
+    if (best && !(own_rad < sigma_rad)) continue;
+    best = seq(path, begin_[path]);
+    sigma_rad = own_rad;
   }
-  if (up_map.z() <= 0.0) return;
-  SE3 T;
-  T.R = geometry::rotation_between(up_map.normalized(), Vec3::UnitZ());
-  const Vec3 first_m = graph_->pose(graph_->nodes().front().seq).p;
-  T.p = first_m - T.R * first_m;
-  graph_->transform(T);
+  return best;
+}
+
+/// The error of the level that all vehicles share would move everything with the distance, and no
+/// measurement between them shows it. So poses are stated relative to the level, as they are
+/// relative to origin and heading.
+std::vector<geometry::Mat6> JointGraph::covariances_in_map() const {
+  graph::PoseGraph relative = *graph_;
+  if (const std::optional<Seq> reference = level_reference()) {
+    graph::GravityFactor level;
+    level.i = *reference;
+    level.up_body = relative.pose(*reference).R.transpose() * Vec3::UnitZ();
+    level.sigma_rad = kHeld_rad;
+    relative.add(level);
+  }
+  return relative.covariances();
 }
 
 }  // namespace rali::fleet

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "rali/odometry/robust/internal/robust_filter.hpp"
