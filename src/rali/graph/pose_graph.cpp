@@ -93,17 +93,6 @@ void PoseGraph::set_pose(Seq seq, const geometry::SE3& T_map_body) {
   changed();
 }
 
-void PoseGraph::transform(const geometry::SE3& T_new_map) {
-  for (KeyframeNode& node : window_.keyframes) {
-    node.x.T_odom_body = T_new_map * node.x.T_odom_body;
-    node.x.v_odom_mps = T_new_map.R * node.x.v_odom_mps;
-  }
-  for (GlobalNode& global : window_.globals) {
-    if (global.id.kind == GlobalKind::kLandmark) global.value = T_new_map * global.value;
-  }
-  changed();
-}
-
 void PoseGraph::add(const InertialFactor& factor) {
   window_.inertial.push_back(with_root(window_, factor));
   changed();

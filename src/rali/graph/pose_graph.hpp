@@ -67,8 +67,6 @@ class PoseGraph {
   void fix(Seq seq, bool fixed = true);
   /// Sets another initial pose of a node. Priors keep their mean.
   void set_pose(Seq seq, const geometry::SE3& T_map_body);
-  /// Changes the frame of all nodes and landmarks, fixed nodes too. Priors keep their mean.
-  void transform(const geometry::SE3& T_new_map);
 
   void add(const InertialFactor& factor);
   void add(const RelativePoseFactor& factor);

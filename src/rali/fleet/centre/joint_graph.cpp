@@ -56,14 +56,14 @@ JointGraph::JointGraph(std::span<const VehiclePath> paths,
       graph_(std::make_unique<graph::PoseGraph>(settings.graph)) {
   begin_ = begins_of(paths_, before_);
   std::size_t nodes = 0;
-  bool fixed = before_ != nullptr;
+  bool held = before_ != nullptr;
   for (std::size_t path = 0; path < paths_.size(); ++path) {
     first_.push_back(nodes);
     if (!T_map_odom_[path] || paths_[path].nodes().empty()) continue;
     nodes += paths_[path].nodes().size() - begin_[path];
     add_path(path);
-    if (!fixed) hold_map(seq(path, 0), T_map_body(path, 0));
-    fixed = true;
+    if (!held) hold_map(seq(path, 0), T_map_body(path, 0));
+    held = true;
   }
   first_.push_back(nodes);
 }

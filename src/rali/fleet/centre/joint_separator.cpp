@@ -174,9 +174,8 @@ SeparatorPrior JointGraph::separator(Time until) {
       ++last;
     }
     const Seq at = seq(path, last);
-    const bool holds_map = holds_map_ == at;
     out.paths.push_back({stream_of(paths_[path]), nodes[last].step.node, graph_->pose(at),
-                         graph_->covariance(at), holds_map});
+                         graph_->covariance(at), holds_map_ == at});
   }
   left.marginalise(std::move(leave));
   const graph::DensePrior& prior = left.separator();

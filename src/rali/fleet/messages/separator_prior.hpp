@@ -24,7 +24,7 @@ struct SeparatorPath {
   std::uint32_t node = 0;  ///< its number
   geometry::SE3 T_map_body;
   geometry::Mat6 covariance = geometry::Mat6::Zero();  ///< of geometry::boxplus
-  bool holds_map = false;  ///< the map's frame is fixed to this node: its pose is exact
+  bool holds_map = false;  ///< the map's origin and heading are this node's
 };
 
 /// A node that the prior constrains.
