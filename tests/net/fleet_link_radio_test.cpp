@@ -335,6 +335,22 @@ TEST_F(FleetOverRadio, 95_percent_of_heartbeats_arrive_within_500_ms_on_a_satura
               0.02 * static_cast<double>(bulk_notes.size()) / (6.0 * soak_factor()));
 }
 
+/// Requests for what waits in the radio's queue would fill the line with repetitions: 0.08 MB/s.
+TEST_F(FleetOverRadio, large_messages_use_a_third_of_a_saturated_slow_link) {
+  radio_->set_all({0.05, 0.005, 0.0, 5e6 / 8.0});
+  Pace bulk(0.001, 1'000'000);
+  start({[&](FleetLink& link, double since_s) {
+    bulk(since_s, [&] { return link.send(kV1, Urgency::kBulk, timed_message(200'000)); });
+  }});
+  ASSERT_TRUE(all_joined(10.0));
+  go();
+  const double took_s = 8.0 * soak_factor();
+  sleep(took_s);
+  const double arrived_MBps = 0.2 * static_cast<double>(notes(1, 0, 200'000).size()) / took_s;
+  EXPECT_GT(arrived_MBps, 0.625 / 3.0);
+  std::printf("[ figures  ] %.2f of 0.625 MB/s\n", arrived_MBps);
+}
+
 TEST_F(FleetOverRadio, messages_to_one_vehicle_are_not_sent_to_the_others) {
   radio_->set_all({});
   Pace pace(0.01, 100);
