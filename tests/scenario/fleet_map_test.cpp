@@ -22,10 +22,11 @@ std::string read(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// The trajectory of one vehicle paired with ground truth.
+/// Poses of one vehicle paired with ground truth.
+/// @param kind "trajectory" or "live"
 eval::PairList pairs_of(const std::string& recording, const std::string& out,
-                        const std::string& vehicle) {
-  const auto est = io::read_tum(out + "/trajectory/" + vehicle + ".tum");
+                        const std::string& vehicle, const std::string& kind = "trajectory") {
+  const auto est = io::read_tum(out + "/" + kind + "/" + vehicle + ".tum");
   const auto ref = io::read_tum(recording + "/truth/" + vehicle + ".tum");
   EXPECT_TRUE(est && ref);
   if (!est || !ref) return {};
@@ -93,6 +94,41 @@ TEST(FleetMap, of_a_corridor_is_joined_with_start_poses_and_never_wrongly_withou
     EXPECT_EQ(without.code, 3) << without.err;
     EXPECT_NE((without.err + without.out).find("v2"), std::string::npos);
   }
+}
+
+constexpr const char* kTunnel = R"(schema: 1
+tunnel: {length_m: 95, width_m: 6, wall_height_m: 1.5, roughness_m: 0.008}
+vehicles:
+  - {start: [45.0, 1.6], yaw_deg: 0}
+  - {start: [2.0, -1.2], yaw_deg: 0}
+rounds:
+  - {anchor: v1, routes: {v2: [[2, -1.2], [85, -1.2]]}}
+uwb: {max_range_m: 400}
+motion: {speed_mps: 1.2, standstill_s: 4}
+)";
+
+// The tunnel looks the same from both ends. Before v2 has passed v1, nothing says which way round
+// v1 stands; with it the wrong way round, live poses were off by up to twice their distance.
+TEST(FleetMap, of_a_passed_vehicle_in_a_tunnel_is_joined_after_the_passage_and_never_wrongly) {
+  const io::TestFolder folder;
+  const std::string scene = folder.path("tunnel.yaml"), recording = folder.path("recording");
+  std::ofstream(scene) << kTunnel;
+  const cli::Outcome made = cli::run_rali({"simulate", scene, "-o", recording, "--seed", "5"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  const std::string silent = recording + "/silent.yaml", out = folder.path("out");
+  std::ofstream(silent) << without_priors(read(recording + "/fleet.yaml"));
+  const cli::Outcome mapped = cli::run_rali({"map", silent, "-o", out, "-q"});
+  EXPECT_EQ(mapped.code, 0) << mapped.out << mapped.err;
+  const eval::PairList standing = pairs_of(recording, out, "v1");
+  const eval::PairList passing = pairs_of(recording, out, "v2");
+  eval::PairList all = standing;
+  all.insert(all.end(), passing.begin(), passing.end());
+  const auto T = eval::align(all, eval::Alignment::kSe3);
+  ASSERT_TRUE(T) << T.error().message();
+  const eval::PairList live = pairs_of(recording, out, "v2", "live");
+  EXPECT_LT(eval::translation_statistics(eval::absolute_errors(all, *T)).rmse, 0.3);
+  EXPECT_LT(eval::translation_statistics(eval::absolute_errors(live, *T)).max, 2.0)
+      << "3.9 m, before";
 }
 
 }  // namespace

@@ -59,10 +59,15 @@ class FrameSearch {
 
   void gather(const std::vector<StartPrior>& starts, int tries);
   void look_by_start(const StartPrior& start);
+  [[nodiscard]] std::optional<std::size_t> index_of(StreamKey key) const;
   [[nodiscard]] bool holds_between(std::size_t a, std::size_t b) const;
   [[nodiscard]] std::optional<StartPrior> start_of(std::size_t a, std::size_t b) const;
   Fit look_near(const StartPrior& start);
   Fit look(std::vector<LoopCandidate> candidates);
+  bool test_hypotheses(const FleetFrames& frames);
+  [[nodiscard]] std::vector<LoopCandidate> predicted_by(const FleetFrames& frames,
+                                                        const OpenLink& link,
+                                                        const YawPose& T_b_a) const;
   [[nodiscard]] bool mark_blocked(const FleetFrames& frames, JointRanges& ranges) const;
 
   std::span<const VehiclePath> paths_;
@@ -84,7 +89,7 @@ FrameSearch::Fit FrameSearch::look(std::vector<LoopCandidate> candidates) {
   Fit fit;
   for (LoopFound& found : compared_.compare(submaps_, std::move(candidates),
                                             settings_.places.recognise, executor_, stop_)) {
-    add_scan_evidence(paths_, submaps_, found, groups_++, settings_.init, evidence_);
+    add_scan_evidence(paths_, submaps_, found, {groups_++, false}, settings_.init, evidence_);
     fit.found += found.recognition.found() ? 1 : 0;
     fit.contradicted += found.recognition.conflict_as_guessed > kConflict ? 1 : 0;
     if (found.recognition.usable()) seen_.push_back(std::move(found));
@@ -121,6 +126,13 @@ void FrameSearch::look_by_start(const StartPrior& start) {
                       .sigma_rad = start.sigma_rad});
 }
 
+std::optional<std::size_t> FrameSearch::index_of(StreamKey key) const {
+  for (std::size_t i = 0; i < paths_.size(); ++i) {
+    if (stream_of(paths_[i]) == key) return i;
+  }
+  return std::nullopt;
+}
+
 bool FrameSearch::holds_between(std::size_t a, std::size_t b) const {
   return std::any_of(holding_.begin(), holding_.end(), [&](const GivenStart& s) {
     return std::minmax(s.relative_to, s.vehicle) ==
@@ -151,6 +163,61 @@ void FrameSearch::gather(const std::vector<StartPrior>& starts, int tries) {
   }
 }
 
+/// Pieces that are nearest to each other if a hypothesis of a link is true, nearest first.
+std::vector<LoopCandidate> FrameSearch::predicted_by(const FleetFrames& frames,
+                                                     const OpenLink& link,
+                                                     const YawPose& T_b_a) const {
+  const FrameGroup& a = frames.groups[link.a].frames;
+  const FrameGroup& b = frames.groups[link.b].frames;
+  const SearchSettings& search = settings_.init.search;
+  std::vector<LoopCandidate> out;
+  for (std::size_t i = 0; i < a.keys.size(); ++i) {
+    for (std::size_t j = 0; j < b.keys.size(); ++j) {
+      const auto path_a = index_of(a.keys[i]), path_b = index_of(b.keys[j]);
+      if (!path_a || !path_b) continue;
+      const YawPose T = b.T_ref_odom[j].inverse() * T_b_a * a.T_ref_odom[i];
+      // Hypotheses nearer than these limits are one: about two sigma.
+      const GuessOf guess =
+          guess_from_frames(paths_, submaps_, *path_b, *path_a, T, 0.5 * search.merge_m,
+                            0.5 * search.merge_deg * kDegree);
+      for (LoopCandidate& c :
+           near_candidates(submaps_, guess, settings_.places.near, settings_.loops)) {
+        // Farther apart, the scans of a true hypothesis need not agree.
+        if (c.guess->T_target_source.p.norm() < settings_.cut.length_m) out.push_back(std::move(c));
+      }
+    }
+  }
+  std::stable_sort(out.begin(), out.end(), [](const LoopCandidate& p, const LoopCandidate& q) {
+    return p.guess->T_target_source.p.norm() < q.guess->T_target_source.p.norm();
+  });
+  return out;
+}
+
+/// Where the paths are alike in many places, as in a tunnel, comparisons of similar pieces say
+/// little. But each hypothesis predicts where the paths meet: of the true one, the scans agree
+/// there. The nearest pieces of all hypotheses of a link are one group, the second nearest another:
+/// at most one hypothesis is true.
+/// @return whether there is new evidence
+bool FrameSearch::test_hypotheses(const FleetFrames& frames) {
+  constexpr std::size_t kHypotheses = 4, kTests = 2;
+  bool any = false;
+  for (const OpenLink& link : frames.links) {
+    if (stop_.raised() || link.T_b_a.size() < 2) continue;
+    for (std::size_t k = 0; k < std::min(kHypotheses, link.T_b_a.size()); ++k) {
+      std::vector<LoopCandidate> nearest = predicted_by(frames, link, link.T_b_a[k]);
+      nearest.resize(std::min(kTests, nearest.size()));
+      int group = groups_;
+      for (const LoopFound& found : compared_.compare(
+               submaps_, std::move(nearest), settings_.places.recognise, executor_, stop_)) {
+        add_scan_evidence(paths_, submaps_, found, {group++, true}, settings_.init, evidence_);
+        any = any || found.recognition.found();
+      }
+    }
+    groups_ += static_cast<int>(kTests);
+  }
+  return any;
+}
+
 /// Ranges through walls contradict every frame, even one that several scan matches support. If that
 /// frame is right, its map contains the walls.
 /// @return whether there are such ranges
@@ -171,6 +238,9 @@ FoundFrames FrameSearch::run(JointRanges ranges, const std::vector<StartPrior>& 
   const LoopSettings& loops = settings_.loops;
   gather(starts, ranges.ranges.empty() ? loops.scans_only_tries : loops.degenerate_tries);
   FrameSolver solver = solved(paths_, evidence_, ranges, settings_.init, stop_);
+  if (!ranges.ranges.empty() && test_hypotheses(solver.frames())) {
+    solver = solved(paths_, evidence_, ranges, settings_.init, stop_);
+  }
   const std::size_t compared = compared_.made() - made_before_;
   if (!settings_.joint.sight) {
     return {std::move(evidence_), std::move(solver), std::move(seen_), compared,

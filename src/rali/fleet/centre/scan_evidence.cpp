@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -74,6 +75,19 @@ std::optional<NodeOfPath> node_of(std::span<const VehiclePath> paths, KeyframeId
   return std::nullopt;
 }
 
+namespace {
+
+/// A node on its path, in its levelled odom.
+ComparedBody compared_body(const VehiclePath& path, std::size_t node) {
+  const auto sample = [&path](std::size_t k) {
+    const geometry::Mat3 place_m2 = drift_of(path, k).bottomRightCorner<3, 3>();
+    return PathSample{path.nodes()[k].t, T_level_body(path, k).p, place_m2};
+  };
+  return {sample(0), sample(node)};
+}
+
+}  // namespace
+
 PoseEvidence evidence_between(std::span<const VehiclePath> paths, const NodeOfPath& target,
                               const NodeOfPath& source, const SE3& T_target_source,
                               const geometry::Mat6& information, const InitSettings& settings) {
@@ -82,9 +96,8 @@ PoseEvidence evidence_between(std::span<const VehiclePath> paths, const NodeOfPa
   PoseEvidence evidence = keyframe_evidence(
       stream_of(of_source), stream_of(of_target), T_level_body(of_source, source.node),
       T_level_body(of_target, target.node), T_target_source, information, settings);
-  const Mat4 drift = drift_of(of_target, target.node) +
-                     turned(drift_of(of_source, source.node), evidence.T_b_a().yaw_rad);
-  evidence.information = with_error(evidence.information, drift);
+  evidence.on_a = compared_body(of_source, source.node);
+  evidence.on_b = compared_body(of_target, target.node);
   return evidence;
 }
 
@@ -104,8 +117,8 @@ PoseEvidence evidence_of(std::span<const VehiclePath> paths, std::span<const Pat
 }  // namespace
 
 void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
-                       const LoopFound& found, int group, const InitSettings& settings,
-                       FrameSolver& solver) {
+                       const LoopFound& found, const EvidenceKind& kind,
+                       const InitSettings& settings, FrameSolver& solver) {
   const PathSubmap& target = submaps[found.candidate.target];
   const PathSubmap& source = submaps[found.candidate.source];
   if (target.path == source.path) return;
@@ -113,25 +126,29 @@ void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathS
   const std::size_t reported = r.usable() ? 1 : r.placements.size();  // the others are rejected
   for (const places::Placement& placement : std::span(r.placements).first(reported)) {
     PoseEvidence evidence = evidence_of(paths, submaps, found.candidate, placement, settings);
-    evidence.unrivalled = r.usable() && r.certainty == places::Certainty::kUnique;
-    evidence.group = group;
+    evidence.tested = kind.tested;
+    evidence.unrivalled = !kind.tested && r.usable() && r.certainty == places::Certainty::kUnique;
+    evidence.group = kind.group;
     solver.add_evidence(evidence);
   }
 }
 
 namespace {
 
-bool agrees(std::span<const VehiclePath> paths, std::size_t target, std::size_t source,
+/// The frames are those of the paths' starts: the drift until the compared bodies is unknown.
+bool agrees(std::span<const VehiclePath> paths, const NodeOfPath& target, const NodeOfPath& source,
             const PoseEvidence& e, const PathFrames& frames) {
-  if (frames.group[target] != frames.group[source]) return false;
+  if (frames.group[target.path] != frames.group[source.path]) return false;
   const auto T_map_level = [&](std::size_t path) {
     return frames.T_map_odom[path] * T_level_odom(paths[path]).inverse();
   };
-  const YawPose T = YawPose::of(T_map_level(target).inverse() * T_map_level(source));
+  const YawPose T = YawPose::of(T_map_level(target.path).inverse() * T_map_level(source.path));
   Vec4 off;
   off[0] = wrapped(T.yaw_rad - e.yaw_rad);
   off.tail<3>() = T * e.pivot_a_m - e.place_b_m;
-  return off.dot(e.information * off) < e.wrong_chi2;
+  const Mat4 drift = drift_of(paths[target.path], target.node) +
+                     turned(drift_of(paths[source.path], source.node), e.yaw_rad);
+  return off.dot(with_error(e.information, drift) * off) < e.wrong_chi2;
 }
 
 }  // namespace
@@ -141,8 +158,9 @@ bool agrees(std::span<const VehiclePath> paths, std::span<const PathSubmap> subm
   if (!found.recognition.usable()) return false;
   const PoseEvidence e =
       evidence_of(paths, submaps, found.candidate, found.recognition.placements.front(), settings);
-  return agrees(paths, submaps[found.candidate.target].path, submaps[found.candidate.source].path,
-                e, frames);
+  const PathSubmap& target = submaps[found.candidate.target];
+  const PathSubmap& source = submaps[found.candidate.source];
+  return agrees(paths, {target.path, target.node}, {source.path, source.node}, e, frames);
 }
 
 bool agrees(std::span<const VehiclePath> paths, const Loop& loop, const PathFrames& frames,
@@ -151,17 +169,19 @@ bool agrees(std::span<const VehiclePath> paths, const Loop& loop, const PathFram
   if (!target || !source) return false;
   const PoseEvidence e =
       evidence_between(paths, *target, *source, loop.T_from_to, loop.information, settings);
-  return agrees(paths, target->path, source->path, e, frames);
+  return agrees(paths, *target, *source, e, frames);
 }
 
-GuessOf guess_from_start(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
-                         std::size_t relative_to, std::size_t path, const SE3& T_relative_path,
-                         double sigma_m, double sigma_rad) {
-  // Both submaps in the level frame of the one that the start is relative to.
-  std::vector<SE3> T_common_odom(paths.size());
-  T_common_odom[relative_to] = T_map_odom_alone(paths[relative_to]);
-  T_common_odom[path] = T_relative_path * T_map_odom_alone(paths[path]);
-  return [submaps, T_common_odom, relative_to, path, T_relative_path, sigma_m, sigma_rad](
+namespace {
+
+/// Predicted transforms of submaps of two paths.
+/// @param T_common_odom of all paths, of which those two are used
+/// @param start_m where `path` starts, in the common frame: a heading error displaces its submaps
+/// far from there
+GuessOf guess_between(std::span<const PathSubmap> submaps, std::size_t relative_to,
+                      std::size_t path, std::vector<SE3> T_common_odom,
+                      const geometry::Vec3& start_m, double sigma_m, double sigma_rad) {
+  return [=, T_common_odom = std::move(T_common_odom)](
              std::size_t target, std::size_t source) -> std::optional<places::Guess> {
     const PathSubmap& t = submaps[target];
     const PathSubmap& s = submaps[source];
@@ -174,15 +194,37 @@ GuessOf guess_from_start(std::span<const VehiclePath> paths, std::span<const Pat
     guess.T_target_source = T_common_target.inverse() * T_common_source;
     const double path_m = t.path_m + s.path_m;
     const double turn = sigma_rad + kTurnPerMetre_rad * path_m;
-    // A heading error of the start displaces submaps far from the start.
     const SE3& T_swung = t.path == path ? T_common_target : T_common_source;
-    const double lever_m = (T_swung.p - T_relative_path.p).norm();
+    const double lever_m = (T_swung.p - start_m).norm();
     const double place = sigma_m + turn * lever_m + kDriftPerMetre * path_m;
     guess.covariance.setZero();
     guess.covariance.diagonal().head<3>().setConstant(turn * turn);
     guess.covariance.diagonal().tail<3>().setConstant(place * place);
     return guess;
   };
+}
+
+}  // namespace
+
+GuessOf guess_from_start(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
+                         std::size_t relative_to, std::size_t path, const SE3& T_relative_path,
+                         double sigma_m, double sigma_rad) {
+  // Both submaps in the level frame of the one that the start is relative to.
+  std::vector<SE3> T_common_odom(paths.size());
+  T_common_odom[relative_to] = T_map_odom_alone(paths[relative_to]);
+  T_common_odom[path] = T_relative_path * T_map_odom_alone(paths[path]);
+  return guess_between(submaps, relative_to, path, std::move(T_common_odom), T_relative_path.p,
+                       sigma_m, sigma_rad);
+}
+
+GuessOf guess_from_frames(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
+                          std::size_t relative_to, std::size_t path, const YawPose& T_relative_path,
+                          double sigma_m, double sigma_rad) {
+  std::vector<SE3> T_common_odom(paths.size());
+  T_common_odom[relative_to] = T_level_odom(paths[relative_to]);
+  T_common_odom[path] = T_relative_path.se3() * T_level_odom(paths[path]);
+  return guess_between(submaps, relative_to, path, std::move(T_common_odom), T_relative_path.t_m,
+                       sigma_m, sigma_rad);
 }
 
 geometry::Mat6 with_bend(const geometry::Mat6& information, const geometry::Mat3& place_m2,

@@ -20,8 +20,8 @@ struct NodeOfPath {
 [[nodiscard]] std::optional<NodeOfPath> node_of(std::span<const VehiclePath> paths,
                                                 KeyframeId keyframe);
 
-/// Evidence of a relative pose of two bodies on the frames of their paths. The possible drift of
-/// the paths until then is part of its uncertainty.
+/// Evidence of a relative pose of two bodies on the frames of their paths, with where the bodies
+/// are on their paths: the drift until then is not in its information.
 /// @param information rotation in the source, translation in the target
 [[nodiscard]] PoseEvidence evidence_between(std::span<const VehiclePath> paths,
                                             const NodeOfPath& target, const NodeOfPath& source,
@@ -29,14 +29,17 @@ struct NodeOfPath {
                                             const geometry::Mat6& information,
                                             const InitSettings& settings);
 
+struct EvidenceKind {
+  int group = 0;        ///< number of the alternatives
+  bool tested = false;  ///< see PoseEvidence
+};
+
 /// Adds the evidence of a comparison of pieces of two paths on their frames: the placement without
-/// rival, else each plausible one as an alternative, of which at most one is true. The possible
-/// drift of the paths until then is part of its uncertainty. Adds nothing between pieces of one
-/// path.
-/// @param group number of the alternatives, never used before
+/// rival, else each plausible one as an alternative, of which at most one is true. Adds nothing
+/// between pieces of one path.
 void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
-                       const LoopFound& found, int group, const InitSettings& settings,
-                       FrameSolver& solver);
+                       const LoopFound& found, const EvidenceKind& kind,
+                       const InitSettings& settings, FrameSolver& solver);
 
 /// Whether the result of a comparison without rival agrees with the frames.
 [[nodiscard]] bool agrees(std::span<const VehiclePath> paths, std::span<const PathSubmap> submaps,
@@ -53,6 +56,13 @@ void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathS
                                        std::span<const PathSubmap> submaps, std::size_t relative_to,
                                        std::size_t path, const geometry::SE3& T_relative_path,
                                        double sigma_m, double sigma_rad);
+
+/// The same from a transform between the paths' levelled odom frames.
+[[nodiscard]] GuessOf guess_from_frames(std::span<const VehiclePath> paths,
+                                        std::span<const PathSubmap> submaps,
+                                        std::size_t relative_to, std::size_t path,
+                                        const YawPose& T_relative_path, double sigma_m,
+                                        double sigma_rad);
 
 /// Reduces the information of a comparison for the bend of a passage. Each metre it leaves
 /// unconstrained, e.g. along a tunnel, allows an error of `bend_per_m` metres across it, and as

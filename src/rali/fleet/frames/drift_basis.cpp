@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
+#include <utility>
 
 #include <Eigen/Eigenvalues>
 
@@ -20,123 +20,102 @@ namespace {
 constexpr double kMinPath_m = 0.05;
 constexpr double kMinSigma_m = 1e-3;
 
-/// The path by time, with the distance travelled at each sample.
-struct OrderedPath {
-  std::vector<std::size_t> order;
-  std::vector<double> s_m;  ///< by sample as given
-  double length_m = 0.0;
-};
-
-OrderedPath ordered_path(const std::vector<PathSample>& samples) {
-  OrderedPath ordered;
-  ordered.order.resize(samples.size());
-  std::iota(ordered.order.begin(), ordered.order.end(), std::size_t{0});
-  std::stable_sort(ordered.order.begin(), ordered.order.end(),
-                   [&](std::size_t i, std::size_t j) { return samples[i].t < samples[j].t; });
-  ordered.s_m.assign(samples.size(), 0.0);
-  for (std::size_t k = 1; k < ordered.order.size(); ++k) {
-    ordered.length_m += (samples[ordered.order[k]].p_m - samples[ordered.order[k - 1]].p_m).norm();
-    ordered.s_m[ordered.order[k]] = ordered.length_m;
+/// Axes times sigma of the growth of a covariance; decreases count as zero.
+std::vector<Vec3> growth_axes(const Mat3& before, const Mat3& after) {
+  const Mat3 grown = after - before;
+  const Eigen::SelfAdjointEigenSolver<Mat3> solver(0.5 * (grown + grown.transpose()));
+  std::vector<Vec3> out;
+  for (int k = 0; k < 3; ++k) {
+    const double sigma_m = std::sqrt(std::max(0.0, solver.eigenvalues()[k]));
+    if (sigma_m >= kMinSigma_m) out.emplace_back(sigma_m * solver.eigenvectors().col(k));
   }
-  return ordered;
-}
-
-/// Position and reported covariance at distance s, interpolated between its neighbours.
-PathSample at_distance(const std::vector<PathSample>& samples, const OrderedPath& ordered,
-                       double s_m) {
-  std::size_t k = 1;
-  while (k + 1 < ordered.order.size() && ordered.s_m[ordered.order[k]] < s_m) ++k;
-  const PathSample& a = samples[ordered.order[k - 1]];
-  const PathSample& b = samples[ordered.order[k]];
-  const double from = ordered.s_m[ordered.order[k - 1]];
-  const double step = ordered.s_m[ordered.order[k]] - from;
-  const double fraction = step > 0.0 ? std::clamp((s_m - from) / step, 0.0, 1.0) : 0.0;
-  PathSample out = a;
-  out.p_m += fraction * (b.p_m - a.p_m);
-  out.covariance_m2 += fraction * (b.covariance_m2 - a.covariance_m2);
   return out;
 }
 
-/// Axes times sigma of the growth of a covariance; decreases count as zero.
-Mat3 growth_axes(const Mat3& before, const Mat3& after) {
-  const Mat3 grown = after - before;
-  const Eigen::SelfAdjointEigenSolver<Mat3> solver(0.5 * (grown + grown.transpose()));
-  const Vec3 sigma = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  return solver.eigenvectors() * sigma.asDiagonal();
+/// Fraction of the way from a to b, 0 to 1.
+double fraction(double value, double a, double b) {
+  return b > a ? std::clamp((value - a) / (b - a), 0.0, 1.0) : 0.0;
 }
-
-class Builder {
- public:
-  Builder(const std::vector<PathSample>& samples, const DriftSettings& settings)
-      : samples_(samples), settings_(settings), ordered_(ordered_path(samples)) {}
-
-  std::vector<Eigen::Matrix3Xd> build() {
-    if (samples_.size() > 1 && ordered_.length_m > kMinPath_m) {
-      add_rigid();
-      for (int k = 0; k < settings_.segments; ++k) add_piece(k);
-    }
-    std::vector<Eigen::Matrix3Xd> out(samples_.size());
-    for (std::size_t i = 0; i < samples_.size(); ++i) {
-      out[i].resize(3, static_cast<Eigen::Index>(columns_.size()));
-      for (std::size_t c = 0; c < columns_.size(); ++c) {
-        out[i].col(static_cast<Eigen::Index>(c)) = columns_[c][i];
-      }
-    }
-    return out;
-  }
-
- private:
-  template <class F>
-  void add_column(double sigma, F displacement) {
-    if (!(sigma > 0.0)) return;
-    std::vector<Vec3> column(samples_.size());
-    for (std::size_t i = 0; i < samples_.size(); ++i) column[i] = sigma * displacement(i);
-    columns_.push_back(std::move(column));
-  }
-
-  void add_rigid() {
-    const Vec3 p0 = samples_[ordered_.order.front()].p_m;
-    add_column(settings_.scale, [&](std::size_t i) { return Vec3(samples_[i].p_m - p0); });
-    const double tilt = settings_.tilt_deg * kDegree;
-    for (const Vec3& axis : {Vec3(Vec3::UnitX()), Vec3(Vec3::UnitY())}) {
-      add_column(tilt, [&, axis](std::size_t i) {
-        const Vec3 d = samples_[i].p_m - p0;
-        return Vec3(axis.y() * d.z(), -axis.x() * d.z(), axis.x() * d.y() - axis.y() * d.x());
-      });
-    }
-  }
-
-  void add_piece(int k) {
-    const double piece_m = ordered_.length_m / settings_.segments;
-    const double start_m = piece_m * k;
-    const Vec3 middle = at_distance(samples_, ordered_, start_m + 0.5 * piece_m).p_m;
-    const double yaw = settings_.yaw_deg_per_sqrt_m * kDegree * std::sqrt(piece_m);
-    add_column(yaw, [&](std::size_t i) {
-      const bool after = ordered_.s_m[i] > start_m + 0.5 * piece_m;
-      return after ? quarter_turn(samples_[i].p_m - middle) : Vec3(Vec3::Zero());
-    });
-    const Mat3 axes = growth_axes(at_distance(samples_, ordered_, start_m).covariance_m2,
-                                  at_distance(samples_, ordered_, start_m + piece_m).covariance_m2);
-    for (int axis = 0; axis < 3; ++axis) {
-      const Vec3 a = axes.col(axis);
-      if (a.norm() < kMinSigma_m) continue;
-      add_column(1.0, [&](std::size_t i) {
-        return Vec3(std::clamp((ordered_.s_m[i] - start_m) / piece_m, 0.0, 1.0) * a);
-      });
-    }
-  }
-
-  const std::vector<PathSample>& samples_;
-  const DriftSettings& settings_;
-  OrderedPath ordered_;
-  std::vector<std::vector<Vec3>> columns_;
-};
 
 }  // namespace
 
-std::vector<Eigen::Matrix3Xd> drift_basis(const std::vector<PathSample>& samples,
-                                          const DriftSettings& settings) {
-  return Builder(samples, settings).build();
+DriftBasis::DriftBasis(std::vector<PathSample> path, const DriftSettings& settings)
+    : path_(std::move(path)), settings_(settings) {
+  std::stable_sort(path_.begin(), path_.end(),
+                   [](const PathSample& a, const PathSample& b) { return a.t < b.t; });
+  s_m_.assign(path_.size(), 0.0);
+  for (std::size_t k = 1; k < path_.size(); ++k) {
+    s_m_[k] = s_m_[k - 1] + (path_[k].p_m - path_[k - 1].p_m).norm();
+  }
+  if (path_.size() < 2 || s_m_.back() <= kMinPath_m) return;
+  size_ = (settings.scale > 0.0 ? 1 : 0) + (settings.tilt_deg > 0.0 ? 2 : 0);
+  for (int k = 0; k < settings.segments; ++k) {
+    pieces_.push_back(piece(k));
+    size_ += (pieces_.back().yaw_rad > 0.0 ? 1 : 0) +
+             static_cast<Eigen::Index>(pieces_.back().growth_m.size());
+  }
+}
+
+/// Position and reported covariance, interpolated between the neighbours.
+PathSample DriftBasis::at_distance(double s_m) const {
+  std::size_t k = 1;
+  while (k + 1 < path_.size() && s_m_[k] < s_m) ++k;
+  const double part = fraction(s_m, s_m_[k - 1], s_m_[k]);
+  PathSample out = path_[k - 1];
+  out.p_m += part * (path_[k].p_m - out.p_m);
+  out.covariance_m2 += part * (path_[k].covariance_m2 - out.covariance_m2);
+  return out;
+}
+
+double DriftBasis::distance_at(Time t) const {
+  const auto after = std::lower_bound(path_.begin(), path_.end(), t,
+                                      [](const PathSample& s, Time at) { return s.t < at; });
+  if (after == path_.begin()) return 0.0;
+  if (after == path_.end()) return s_m_.back();
+  const auto k = static_cast<std::size_t>(after - path_.begin());
+  const double part = fraction(seconds_between(path_[k - 1].t, t), 0.0,
+                               seconds_between(path_[k - 1].t, path_[k].t));
+  return s_m_[k - 1] + part * (s_m_[k] - s_m_[k - 1]);
+}
+
+DriftBasis::Piece DriftBasis::piece(int k) const {
+  Piece out;
+  out.length_m = s_m_.back() / settings_.segments;
+  out.start_m = out.length_m * k;
+  out.middle_m = at_distance(out.start_m + 0.5 * out.length_m).p_m;
+  out.yaw_rad = settings_.yaw_deg_per_sqrt_m * kDegree * std::sqrt(out.length_m);
+  out.growth_m = growth_axes(at_distance(out.start_m).covariance_m2,
+                             at_distance(out.start_m + out.length_m).covariance_m2);
+  return out;
+}
+
+void DriftBasis::add_rigid(const Vec3& p_m, Eigen::Matrix4Xd& out, Eigen::Index& column) const {
+  const Vec3 d = p_m - path_.front().p_m;
+  if (settings_.scale > 0.0) out.col(column++).tail<3>() = settings_.scale * d;
+  if (!(settings_.tilt_deg > 0.0)) return;
+  const double tilt = settings_.tilt_deg * kDegree;
+  out.col(column++).tail<3>() = tilt * Vec3(0.0, -d.z(), d.y());
+  out.col(column++).tail<3>() = tilt * Vec3(d.z(), 0.0, -d.x());
+}
+
+Eigen::Matrix4Xd DriftBasis::at(Time t, const Vec3& p_m) const {
+  Eigen::Matrix4Xd out = Eigen::Matrix4Xd::Zero(4, size_);
+  if (size_ == 0) return out;
+  const double s_m = distance_at(t);
+  Eigen::Index column = 0;
+  add_rigid(p_m, out, column);
+  for (const Piece& piece : pieces_) {
+    if (piece.yaw_rad > 0.0) {
+      if (s_m > piece.start_m + 0.5 * piece.length_m) {
+        out(0, column) = piece.yaw_rad;
+        out.col(column).tail<3>() = piece.yaw_rad * quarter_turn(p_m - piece.middle_m);
+      }
+      ++column;
+    }
+    const double part = fraction(s_m, piece.start_m, piece.start_m + piece.length_m);
+    for (const Vec3& axis_m : piece.growth_m) out.col(column++).tail<3>() = part * axis_m;
+  }
+  return out;
 }
 
 }  // namespace rali::fleet

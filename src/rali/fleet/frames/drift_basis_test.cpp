@@ -14,6 +14,15 @@ using geometry::Vec3;
 
 Mat3 covariance(const Eigen::Matrix3Xd& D) { return D * D.transpose(); }
 
+/// Errors of the position of each sample.
+std::vector<Eigen::Matrix3Xd> drift_basis(const std::vector<PathSample>& path,
+                                          const DriftSettings& settings) {
+  const DriftBasis basis(path, settings);
+  std::vector<Eigen::Matrix3Xd> out;
+  for (const PathSample& s : path) out.emplace_back(basis.at(s.t, s.p_m).bottomRows<3>());
+  return out;
+}
+
 std::vector<PathSample> straight(double growth_m2) {
   std::vector<PathSample> path;
   for (int k = 0; k <= 100; ++k) {

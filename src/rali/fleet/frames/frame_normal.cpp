@@ -40,15 +40,32 @@ Vec3 turned_back(double yaw_rad, const Vec3& v) {
   return YawPose{-yaw_rad, Vec3::Zero()}.turned(v);
 }
 
+/// Of (heading, position) of a compared body.
+Vec4 path_error(const FrameProblem& problem, const FrameValues& v, std::size_t f,
+                const Eigen::Matrix4Xd& drift) {
+  if (drift.cols() == 0 || v.others.size() == 0) return Vec4::Zero();
+  return drift * v.others.segment(problem.drift_at(f), drift.cols());
+}
+
+/// From b's body to the place where it saw a's: a heading error of b's body turns it.
+Vec3 sight_m(const PoseEvidence& e) {
+  return e.on_b ? Vec3(e.place_b_m - e.on_b->body.p_m) : Vec3(Vec3::Zero());
+}
+
 }  // namespace
 
-Vec4 evidence_residual(const FrameValues& v, const EvidenceGroup& group, std::size_t k) {
+Vec4 evidence_residual(const FrameProblem& problem, const FrameValues& v,
+                       const EvidenceGroup& group, std::size_t k) {
   const PoseEvidence& e = group.alternatives[k];
   const YawPose& T_a = v.T_ref_odom[group.a[k]];
   const YawPose& T_b = v.T_ref_odom[group.b[k]];
+  const Vec4 of_a = path_error(problem, v, group.a[k], group.a_drift[k]);
+  const Vec4 of_b = path_error(problem, v, group.b[k], group.b_drift[k]);
+  const Vec3 place_a_m = e.pivot_a_m + of_a.tail<3>();
+  const Vec3 place_b_m = e.place_b_m + of_b.tail<3>() + of_b[0] * quarter_turn(sight_m(e));
   Vec4 r;
-  r[0] = wrapped(T_a.yaw_rad - T_b.yaw_rad - e.yaw_rad);
-  r.tail<3>() = T_b.inverse() * (T_a * e.pivot_a_m) - e.place_b_m;
+  r[0] = wrapped(T_a.yaw_rad + of_a[0] - T_b.yaw_rad - of_b[0] - e.yaw_rad);
+  r.tail<3>() = T_b.inverse() * (T_a * place_a_m) - place_b_m;
   return r;
 }
 
@@ -226,37 +243,69 @@ double FrameNormal::add_run(const FrameValues& v, const Run& run) {
   return cost;
 }
 
-double FrameNormal::add_evidence(const FrameValues& v, const EvidenceGroup& group, std::size_t k) {
+/// Unknowns of an alternative: yaw and position of a's frame and of b's, then the errors of both
+/// paths; -1 for the first frame, which is fixed.
+std::vector<Eigen::Index> FrameNormal::evidence_unknowns(const EvidenceGroup& group,
+                                                         std::size_t k) const {
+  std::vector<Eigen::Index> at;
+  for (const std::size_t f : {group.a[k], group.b[k]}) {
+    for (Eigen::Index i = 0; i < 4; ++i) at.push_back(f > 0 ? frame_at(f) + i : -1);
+  }
+  const auto append = [&at](Eigen::Index begin, Eigen::Index n) {
+    for (Eigen::Index i = 0; i < n; ++i) at.push_back(begin + i);
+  };
+  append(drift_at_[group.a[k]], group.a_drift[k].cols());
+  append(drift_at_[group.b[k]], group.b_drift[k].cols());
+  return at;
+}
+
+/// Derivatives of the residual by evidence_unknowns().
+Eigen::Matrix4Xd FrameNormal::evidence_slope(const FrameValues& v, const EvidenceGroup& group,
+                                             std::size_t k) const {
   const PoseEvidence& e = group.alternatives[k];
-  const std::size_t a = group.a[k];
-  const std::size_t b = group.b[k];
-  const Vec4 r = evidence_residual(v, group, k);
-  const double yaw_b = v.T_ref_odom[b].yaw_rad;
-  const Vec3 place = v.T_ref_odom[a] * e.pivot_a_m;
-  Eigen::Matrix<double, 4, 8> J = Eigen::Matrix<double, 4, 8>::Zero();
+  const Eigen::Matrix4Xd& a_drift = group.a_drift[k];
+  const Eigen::Matrix4Xd& b_drift = group.b_drift[k];
+  const YawPose& T_a = v.T_ref_odom[group.a[k]];
+  const double yaw_b = v.T_ref_odom[group.b[k]].yaw_rad;
+  const Vec3 place = T_a * Vec3(e.pivot_a_m + path_error(p_, v, group.a[k], a_drift).tail<3>());
+  Eigen::Matrix4Xd J = Eigen::Matrix4Xd::Zero(4, 8 + a_drift.cols() + b_drift.cols());
   J(0, 0) = 1.0;
   J(0, 4) = -1.0;
-  const Vec3 arm = place - v.T_ref_odom[a] * p_.pivots_m[a];
+  const Vec3 arm = place - T_a * p_.pivots_m[group.a[k]];
   J.block<3, 1>(1, 0) = turned_back(yaw_b, quarter_turn(arm));
-  const Vec3 back = turned_back(yaw_b, place - v.T_ref_odom[b] * p_.pivots_m[b]);
+  const Vec3 back = turned_back(yaw_b, place - v.T_ref_odom[group.b[k]] * p_.pivots_m[group.b[k]]);
   J.block<3, 1>(1, 4) = -quarter_turn(back);
   for (int c = 0; c < 3; ++c) {
     const Vec3 axis = turned_back(yaw_b, Vec3::Unit(c));
     J.block<3, 1>(1, 1 + c) = axis;
     J.block<3, 1>(1, 5 + c) = -axis;
   }
-  const Eigen::Matrix<double, 8, 8> JJ = J.transpose() * e.information * J;
-  const Eigen::Matrix<double, 8, 1> Jr = J.transpose() * (e.information * r);
-  const auto scatter = [&](std::size_t f, std::size_t h, Eigen::Index i, Eigen::Index j) {
-    if (f > 0 && h > 0) H.block<4, 4>(frame_at(f), frame_at(h)) += JJ.block<4, 4>(i, j);
-  };
-  scatter(a, a, 0, 0);
-  scatter(a, b, 0, 4);
-  scatter(b, a, 4, 0);
-  scatter(b, b, 4, 4);
-  if (a > 0) g.segment<4>(frame_at(a)) += Jr.head<4>();
-  if (b > 0) g.segment<4>(frame_at(b)) += Jr.tail<4>();
-  return r.dot(e.information * r);
+  for (Eigen::Index c = 0; c < a_drift.cols(); ++c) {
+    J(0, 8 + c) = a_drift(0, c);
+    J.block<3, 1>(1, 8 + c) = turned_back(yaw_b, T_a.turned(a_drift.col(c).tail<3>()));
+  }
+  J.rightCols(b_drift.cols()) = -b_drift;
+  J.rightCols(b_drift.cols()).bottomRows<3>() -= quarter_turn(sight_m(e)) * b_drift.row(0);
+  return J;
+}
+
+double FrameNormal::add_evidence(const FrameValues& v, const EvidenceGroup& group, std::size_t k) {
+  const Mat4& information = group.alternatives[k].information;
+  const Vec4 r = evidence_residual(p_, v, group, k);
+  const Eigen::Matrix4Xd J = evidence_slope(v, group, k);
+  const std::vector<Eigen::Index> at = evidence_unknowns(group, k);
+  const Eigen::MatrixXd JJ = J.transpose() * information * J;
+  const Eigen::VectorXd Jr = J.transpose() * (information * r);
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    if (at[i] < 0) continue;
+    g[at[i]] += Jr[static_cast<Eigen::Index>(i)];
+    for (std::size_t j = 0; j < at.size(); ++j) {
+      if (at[j] >= 0) {
+        H(at[i], at[j]) += JJ(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+      }
+    }
+  }
+  return r.dot(information * r);
 }
 
 }  // namespace rali::fleet

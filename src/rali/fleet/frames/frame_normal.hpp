@@ -9,8 +9,8 @@
 namespace rali::fleet {
 
 /// Residual of an alternative at given values: yaw, then position in b.
-[[nodiscard]] Vec4 evidence_residual(const FrameValues& v, const EvidenceGroup& group,
-                                     std::size_t k);
+[[nodiscard]] Vec4 evidence_residual(const FrameProblem& problem, const FrameValues& v,
+                                     const EvidenceGroup& group, std::size_t k);
 
 /// Normal equations of a problem at given values.
 class FrameNormal {
@@ -59,6 +59,10 @@ class FrameNormal {
   double* write_end(std::size_t f, const geometry::Vec3& place_m, const Eigen::Matrix3Xd& drift,
                     const geometry::Vec3& u, double* out) const;
   double add_evidence(const FrameValues& v, const EvidenceGroup& group, std::size_t k);
+  [[nodiscard]] std::vector<Eigen::Index> evidence_unknowns(const EvidenceGroup& group,
+                                                            std::size_t k) const;
+  [[nodiscard]] Eigen::Matrix4Xd evidence_slope(const FrameValues& v, const EvidenceGroup& group,
+                                                std::size_t k) const;
 
   const FrameProblem& p_;
   std::vector<Eigen::Index> drift_at_;

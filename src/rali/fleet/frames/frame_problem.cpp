@@ -6,7 +6,10 @@
 #include <optional>
 #include <utility>
 
+#include <Eigen/LU>
+
 #include "rali/fleet/frames/drift_basis.hpp"
+#include "rali/geometry/so3.hpp"
 
 namespace rali::fleet {
 
@@ -20,52 +23,103 @@ std::optional<std::size_t> index_of(const std::vector<StreamKey>& keys, StreamKe
   return static_cast<std::size_t>(at - keys.begin());
 }
 
-/// The term, and the end of it, that a sample of a path belongs to.
-struct End {
-  std::size_t term = 0;
-  bool is_a = true;
-};
+/// Measured points of the path of each frame.
+using Paths = std::vector<std::vector<PathSample>>;
 
-struct Paths {
-  std::vector<std::vector<PathSample>> samples;  ///< per frame
-  std::vector<std::vector<End>> ends;
-};
+/// An antenna is nearer to its body.
+constexpr double kLever_m = 1.0;
 
 void add_track(const PairTrack& track, std::size_t a, std::size_t b, FrameProblem& problem,
                Paths& paths) {
   for (const RangeObservation& o : track.samples()) {
-    const std::size_t term = problem.ranges.size();
     RangeTerm r;
     r.a = a;
     r.b = b;
     r.pair = problem.pairs;
+    r.t = o.t;
     r.x_m = o.x_a_m;
     r.y_m = o.y_b_m;
     r.range_m = o.range_m;
     r.sigma_m = o.sigma_m;
     problem.ranges.push_back(std::move(r));
-    paths.samples[a].push_back({o.t, o.x_a_m, o.x_covariance_m2});
-    paths.ends[a].push_back({term, true});
-    paths.samples[b].push_back({o.t, o.y_b_m, o.y_covariance_m2});
-    paths.ends[b].push_back({term, false});
+    paths[a].push_back({o.t, o.x_a_m, o.x_covariance_m2});
+    paths[b].push_back({o.t, o.y_b_m, o.y_covariance_m2});
   }
   ++problem.pairs;
 }
 
-void add_drift(const Paths& paths, FrameProblem& problem) {
-  for (std::size_t f = 0; f < problem.keys.size(); ++f) {
-    const auto basis = drift_basis(paths.samples[f], problem.settings.drift);
-    problem.drifts[f] = basis.empty() ? 0 : basis.front().cols();
-    for (std::size_t i = 0; i < basis.size(); ++i) {
-      const End& end = paths.ends[f][i];
-      RangeTerm& term = problem.ranges[end.term];
-      (end.is_a ? term.x_drift : term.y_drift) = basis[i];
+/// Extends the path by compared bodies before its first and after its last range. Those between are
+/// left out: from antenna to body and back is no travelled distance.
+void add_bodies(const FrameProblem& problem, Paths& paths) {
+  const Paths of_ranges = paths;
+  const auto add = [&](std::size_t f, const PathSample& s) {
+    const std::vector<PathSample>& known = of_ranges[f];
+    const auto later = [](const PathSample& p, const PathSample& q) { return p.t < q.t; };
+    const auto [first, last] = std::minmax_element(known.begin(), known.end(), later);
+    if (first == known.end()) {
+      paths[f].push_back(s);
+      return;
     }
-    const auto first =
-        std::min_element(paths.samples[f].begin(), paths.samples[f].end(),
-                         [](const PathSample& p, const PathSample& q) { return p.t < q.t; });
-    if (first != paths.samples[f].end()) problem.pivots_m[f] = first->p_m;
+    const bool before = s.t < first->t, after = last->t < s.t;
+    const PathSample& end = before ? *first : *last;
+    if ((before || after) && (s.p_m - end.p_m).norm() > kLever_m) paths[f].push_back(s);
+  };
+  for (const EvidenceGroup& group : problem.evidence) {
+    for (std::size_t k = 0; k < group.alternatives.size(); ++k) {
+      const PoseEvidence& e = group.alternatives[k];
+      if (!e.on_a || !e.on_b) continue;
+      for (const PathSample& s : {e.on_a->start, e.on_a->body}) add(group.a[k], s);
+      for (const PathSample& s : {e.on_b->start, e.on_b->body}) add(group.b[k], s);
+    }
   }
+}
+
+/// (I^-1 + C)^-1 for any I and C.
+Mat4 with_covariance(const Mat4& information, const Mat4& covariance) {
+  const Mat4 out = information * (Mat4::Identity() + covariance * information).inverse();
+  return 0.5 * (out + out.transpose());
+}
+
+/// Errors of the two bodies of an alternative, and its information if they are unknown.
+void add_drift(const std::vector<DriftBasis>& bases, EvidenceGroup& group, std::size_t k) {
+  const PoseEvidence& e = group.alternatives[k];
+  const auto of = [&](const std::optional<ComparedBody>& on, std::size_t f) -> Eigen::Matrix4Xd {
+    if (!e.on_a || !e.on_b) return Eigen::Matrix4Xd::Zero(4, 0);
+    return bases[f].at(on->body.t, on->body.p_m);
+  };
+  group.a_drift.push_back(of(e.on_a, group.a[k]));
+  group.b_drift.push_back(of(e.on_b, group.b[k]));
+  Eigen::Matrix4Xd a = group.a_drift.back(), b = group.b_drift.back();
+  const geometry::Mat3 R_b_a = geometry::rotation_from_rpy(0.0, 0.0, e.yaw_rad);
+  a.bottomRows<3>() = R_b_a * a.bottomRows<3>();
+  if (e.on_b) b.bottomRows<3>() += quarter_turn(e.place_b_m - e.on_b->body.p_m) * b.row(0);
+  group.apart.push_back(with_covariance(e.information, a * a.transpose() + b * b.transpose()));
+}
+
+void add_drift(const Paths& paths, FrameProblem& problem) {
+  std::vector<DriftBasis> bases;
+  for (std::size_t f = 0; f < problem.keys.size(); ++f) {
+    bases.emplace_back(paths[f], problem.settings.drift);
+    problem.drifts[f] = bases.back().size();
+    const auto first =
+        std::min_element(paths[f].begin(), paths[f].end(),
+                         [](const PathSample& p, const PathSample& q) { return p.t < q.t; });
+    if (first != paths[f].end()) problem.pivots_m[f] = first->p_m;
+  }
+  for (RangeTerm& r : problem.ranges) {
+    r.x_drift = bases[r.a].at(r.t, r.x_m).bottomRows<3>();
+    r.y_drift = bases[r.b].at(r.t, r.y_m).bottomRows<3>();
+  }
+  for (EvidenceGroup& group : problem.evidence) {
+    for (std::size_t k = 0; k < group.alternatives.size(); ++k) add_drift(bases, group, k);
+  }
+}
+
+bool finite_path(const std::optional<ComparedBody>& on) {
+  const auto finite = [](const PathSample& s) {
+    return s.p_m.allFinite() && s.covariance_m2.allFinite();
+  };
+  return !on || (finite(on->start) && finite(on->body));
 }
 
 void add_evidence(const std::vector<PoseEvidence>& evidence, FrameProblem& problem) {
@@ -74,7 +128,8 @@ void add_evidence(const std::vector<PoseEvidence>& evidence, FrameProblem& probl
     const auto a = index_of(problem.keys, given.a);
     const auto b = index_of(problem.keys, given.b);
     const bool finite = given.information.allFinite() && given.pivot_a_m.allFinite() &&
-                        given.place_b_m.allFinite() && std::isfinite(given.yaw_rad);
+                        given.place_b_m.allFinite() && std::isfinite(given.yaw_rad) &&
+                        finite_path(given.on_a) && finite_path(given.on_b);
     if (!a || !b || *a == *b || !finite) continue;
     PoseEvidence e = given;
     const ScanToMapSettings& scan = problem.settings.scan2map;
@@ -97,6 +152,34 @@ void add_evidence(const std::vector<PoseEvidence>& evidence, FrameProblem& probl
   }
 }
 
+/// Comparisons with rivals between two paths share walls and mistakes: where one misses the true
+/// placement, the others do. How they are correlated is unknown, so together they weigh as one.
+/// And one miss is not rare, so it must not decide alone: half of one.
+void weigh_rivalled(FrameProblem& problem) {
+  using Pair = std::pair<std::size_t, std::size_t>;
+  const auto pair_of = [](const EvidenceGroup& g) -> Pair {
+    return std::minmax(g.a.front(), g.b.front());
+  };
+  const auto rivalled = [](const EvidenceGroup& g) {
+    const PoseEvidence& e = g.alternatives.front();
+    return e.source != EvidenceSource::kPrior && e.group >= 0 && !e.unrivalled && !e.tested;
+  };
+  constexpr double kTogether = 0.5;
+  std::map<Pair, double> count;
+  for (const EvidenceGroup& group : problem.evidence) {
+    if (rivalled(group)) count[pair_of(group)] += 1.0;
+  }
+  for (EvidenceGroup& group : problem.evidence) {
+    if (!rivalled(group)) continue;
+    const double weight = kTogether / count[pair_of(group)];
+    for (PoseEvidence& e : group.alternatives) {
+      e.information *= weight;
+      e.chi2 *= weight;
+      e.wrong_chi2 *= weight;
+    }
+  }
+}
+
 /// Marks the ranges between frames that a chain of start poses relates.
 void bound_ranges(FrameProblem& problem) {
   std::vector<std::size_t> chain(problem.keys.size());
@@ -116,6 +199,11 @@ Eigen::Index FrameProblem::size() const {
          std::accumulate(drifts.begin(), drifts.end(), Eigen::Index{0});
 }
 
+Eigen::Index FrameProblem::drift_at(std::size_t frame) const {
+  const auto end = drifts.begin() + static_cast<std::ptrdiff_t>(frame);
+  return bias_size() + std::accumulate(drifts.begin(), end, Eigen::Index{0});
+}
+
 FrameProblem make_frame_problem(const std::vector<StreamKey>& keys,
                                 const std::vector<PairTrack>& tracks,
                                 const std::vector<PoseEvidence>& evidence,
@@ -125,16 +213,16 @@ FrameProblem make_frame_problem(const std::vector<StreamKey>& keys,
   problem.settings = settings;
   problem.pivots_m.assign(keys.size(), Vec3::Zero());
   problem.drifts.assign(keys.size(), 0);
-  Paths paths;
-  paths.samples.resize(keys.size());
-  paths.ends.resize(keys.size());
+  Paths paths(keys.size());
   for (const PairTrack& track : tracks) {
     const auto a = index_of(keys, track.a());
     const auto b = index_of(keys, track.b());
     if (a && b && *a != *b) add_track(track, *a, *b, problem, paths);
   }
-  add_drift(paths, problem);
   add_evidence(evidence, problem);
+  if (settings.commit.rule == CommitRule::kCertain) weigh_rivalled(problem);
+  add_bodies(problem, paths);
+  add_drift(paths, problem);
   if (settings.commit.rule != CommitRule::kAtSize) bound_ranges(problem);
   return problem;
 }

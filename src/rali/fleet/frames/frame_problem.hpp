@@ -14,9 +14,10 @@ namespace rali::fleet {
 /// One range of a problem; a and b are indices of frames.
 struct RangeTerm {
   std::size_t a = 0, b = 0, pair = 0;
+  Time t;
   geometry::Vec3 x_m, y_m;
   double range_m = 0.0, sigma_m = 0.1;
-  Eigen::Matrix3Xd x_drift, y_drift;  ///< drift_basis() of both ends
+  Eigen::Matrix3Xd x_drift, y_drift;  ///< position part of the DriftBasis of both ends
   /// The user's start poses relate both ends, so the solution is near its start: the loss of the
   /// range has a maximum. Many ranges around corners, metres too long, else pull off the start
   /// pose.
@@ -26,7 +27,10 @@ struct RangeTerm {
 /// Alternatives of which at most one is true.
 struct EvidenceGroup {
   std::vector<PoseEvidence> alternatives;
-  std::vector<std::size_t> a, b;  ///< indices of their frames
+  std::vector<std::size_t> a, b;                   ///< indices of their frames
+  std::vector<Eigen::Matrix4Xd> a_drift, b_drift;  ///< DriftBasis of both bodies
+  /// Information if the errors of both paths are unknown: for a solution not adapted to it.
+  std::vector<Mat4> apart;
 };
 
 /// Frames of some vehicles, the first of which is fixed. Unknowns are yaw and pivot position of all
@@ -48,6 +52,9 @@ struct FrameProblem {
     return settings.bias_sigma_m > 0.0 ? static_cast<Eigen::Index>(pairs) : 0;
   }
 
+  /// Index in FrameValues::others of the first parameter of a frame's path.
+  [[nodiscard]] Eigen::Index drift_at(std::size_t frame) const;
+
   /// Of all unknowns: frames, offsets, errors of paths.
   [[nodiscard]] Eigen::Index size() const;
 };
@@ -62,7 +69,7 @@ struct FrameProblem {
 /// T_first_frame of each frame, as yaw and pivot position, and the remaining unknowns.
 struct FrameValues {
   std::vector<YawPose> T_ref_odom;
-  Eigen::VectorXd others;  ///< offsets [m], then errors of paths (unit variance)
+  Eigen::VectorXd others;  ///< offsets [m], then errors of paths (unit variance); empty: zero
 };
 
 /// Accepted alternative of a group.
@@ -90,7 +97,8 @@ struct FrameSolution {
 [[nodiscard]] FrameSolution solve_frames(const FrameProblem& problem, const FrameValues& start,
                                          const std::vector<int>& holds);
 
-/// Per group the alternative with the least cost at these values, or none.
+/// Per group the alternative with the least cost at these values, or none. The values are not
+/// adapted to any.
 [[nodiscard]] std::vector<int> best_alternatives(const FrameProblem& problem,
                                                  const FrameValues& values, bool none_allowed);
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -65,7 +66,7 @@ void settle(const FrameProblem& p, double cost, FrameNormal& normal, FrameSoluti
     if (s.holds[k] >= 0) {
       const auto at = static_cast<std::size_t>(s.holds[k]);
       const PoseEvidence& e = group.alternatives[at];
-      const Vec4 r = evidence_residual(s.values, group, at);
+      const Vec4 r = evidence_residual(p, s.values, group, at);
       s.chi2 += e.chi2;
       s.dof += rank_of(e);
       own = e.chi2 + r.dot(e.information * r);
@@ -87,13 +88,23 @@ struct Nearest {
   Vec4 residual = Vec4::Zero();
 };
 
-Nearest nearest_of(const FrameValues& values, const EvidenceGroup& group) {
+/// Cost of an alternative: as it is, if the values are adapted to it; else if they could be.
+double cost_of(const EvidenceGroup& group, std::size_t k, bool is_held, const Vec4& r) {
+  const Mat4& information = is_held ? group.alternatives[k].information : group.apart[k];
+  return group.alternatives[k].chi2 + r.dot(information * r);
+}
+
+/// @param held to which the values are adapted, or kNoneHolds
+/// @param refused alternatives that are not considered
+Nearest nearest_of(const FrameProblem& problem, const FrameValues& values,
+                   const EvidenceGroup& group, int held, const std::set<int>& refused = {}) {
   Nearest out;
   for (std::size_t k = 0; k < group.alternatives.size(); ++k) {
-    const PoseEvidence& e = group.alternatives[k];
-    const Vec4 r = evidence_residual(values, group, k);
-    const double cost = e.chi2 + r.dot(e.information * r);
-    if (cost < out.cost) out = {static_cast<int>(k), cost, r};
+    const int alternative = static_cast<int>(k);
+    if (refused.count(alternative) > 0) continue;
+    const Vec4 r = evidence_residual(problem, values, group, k);
+    const double cost = cost_of(group, k, alternative == held, r);
+    if (cost < out.cost) out = {alternative, cost, r};
   }
   return out;
 }
@@ -145,7 +156,7 @@ std::vector<int> best_alternatives(const FrameProblem& problem, const FrameValue
                                    bool none_allowed) {
   std::vector<int> out;
   for (const EvidenceGroup& group : problem.evidence) {
-    const Nearest nearest = nearest_of(values, group);
+    const Nearest nearest = nearest_of(problem, values, group, kNoneHolds);
     const bool none = none_allowed && !(nearest.cost < group.alternatives.front().wrong_chi2);
     out.push_back(none ? kNoneHolds : nearest.alternative);
   }
@@ -155,7 +166,7 @@ std::vector<int> best_alternatives(const FrameProblem& problem, const FrameValue
 std::vector<int> near_alternatives(const FrameProblem& problem, const FrameValues& values) {
   std::vector<int> out;
   for (const EvidenceGroup& group : problem.evidence) {
-    const Nearest nearest = nearest_of(values, group);
+    const Nearest nearest = nearest_of(problem, values, group, kNoneHolds);
     const bool near =
         one_place(nearest.residual.tail<3>().norm(), nearest.residual[0], problem.settings.search);
     const bool believable = nearest.cost < group.alternatives.front().wrong_chi2;
@@ -166,8 +177,17 @@ std::vector<int> near_alternatives(const FrameProblem& problem, const FrameValue
 
 FrameSolution solve_frames_choosing(const FrameProblem& problem, const FrameSolution& start) {
   FrameSolution s = start;
+  // One that stays wrong in a solution adapted to it is not tried again: the choice ends.
+  std::vector<std::set<int>> refused(problem.evidence.size());
   for (int round = 0; round < kChoices && s.valid; ++round) {
-    const std::vector<int> holds = best_alternatives(problem, s.values, true);
+    std::vector<int> holds = s.holds;
+    for (std::size_t g = 0; g < holds.size(); ++g) {
+      const EvidenceGroup& group = problem.evidence[g];
+      const Nearest nearest = nearest_of(problem, s.values, group, s.holds[g], refused[g]);
+      const bool none = !(nearest.cost < group.alternatives.front().wrong_chi2);
+      holds[g] = none ? kNoneHolds : nearest.alternative;
+      if (s.holds[g] >= 0 && holds[g] != s.holds[g]) refused[g].insert(s.holds[g]);
+    }
     if (holds == s.holds) break;
     s = solve_frames(problem, s.values, holds);
   }

@@ -258,13 +258,25 @@ class Finder {
     return apart.norm() < settings_.search.merge_m;
   }
 
+  /// Within three sigma. The place is that of the start, which may be far from where it was
+  /// measured.
+  [[nodiscard]] bool same_minimum(const FrameHypothesis& h, const FrameHypothesis& k) const {
+    constexpr double kNear_chi2 = 9.0;
+    if (!one_place(0.0, wrapped(h.T_b_a.yaw_rad - k.T_b_a.yaw_rad), settings_.search)) return false;
+    Vec4 apart;
+    apart[0] = wrapped(h.T_b_a.yaw_rad - k.T_b_a.yaw_rad);
+    apart.tail<3>() = h.place_b_m() - k.place_b_m();
+    return apart.dot(h.information * apart) < kNear_chi2 &&
+           apart.dot(k.information * apart) < kNear_chi2;
+  }
+
   /// Sorted hypotheses close to a cheaper one are merged into it. One that is a separate minimum
   /// and almost as good widens it: the true pose may be at either.
   void merge() {
     std::vector<FrameHypothesis> kept;
     for (FrameHypothesis& h : out_.all) {
       const auto same = std::find_if(kept.begin(), kept.end(), [&](const FrameHypothesis& k) {
-        return same_place(k, h, settings_.search) || same_but_heading(k, h);
+        return same_place(k, h, settings_.search) || same_but_heading(k, h) || same_minimum(k, h);
       });
       if (same == kept.end()) {
         kept.push_back(std::move(h));

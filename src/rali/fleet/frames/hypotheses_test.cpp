@@ -240,6 +240,59 @@ TEST(Hypotheses, overlapping_submaps_count_as_one_view) {
   EXPECT_EQ(d.advice, Advice::kFewViews);
 }
 
+/// Alternatives that a comparison with rivals reports, the true one not among them.
+std::vector<PoseEvidence> rivals(int groups) {
+  const YawPose flipped{wrapped(kTruth.yaw_rad + 180.0 * kDegree), kTruth.t_m};
+  std::vector<PoseEvidence> evidence;
+  for (int g = 0; g < groups; ++g) {
+    evidence.push_back(registered(flipped, Vec3(4.0 * g, 0.0, 0.0), g));
+    evidence.back().unrivalled = false;
+  }
+  return evidence;
+}
+
+// In a tunnel the flipped placement alone was found by two of eight comparisons with a vehicle that
+// stood still: vehicles were joined the wrong way round and said to be right to 2 m.
+TEST(Hypotheses, comparisons_with_rivals_do_not_decide_however_many_they_are) {
+  const InitSettings settings;
+  const PairTrack none(kTag, kAnchor, settings.track);
+  const std::vector<PoseEvidence> few = rivals(1), many = rivals(8);
+  for (const std::vector<PoseEvidence>& evidence : {few, many}) {
+    std::vector<PoseEvidence> all = evidence;
+    all.push_back(registered(kTruth, Vec3(2.0, 5.0, 0.0), 100));
+    const HypothesisSet set = joint_hypotheses(none, all, settings);
+    ASSERT_GE(set.all.size(), 2U);
+    EXPECT_NEAR(wrapped(set.all.front().T_b_a.yaw_rad - kTruth.yaw_rad), 0.0, 1e-3)
+        << "one without rivals outvotes them";
+    EXPECT_NEAR(set.all.front().chi2, 8.0, 0.1) << "all of them are rejected, for half of one";
+    EXPECT_LT(set.all.front().chi2, settings.commit.gap_chi2);
+  }
+}
+
+/// Past a vehicle that stands 2.8 m beside the middle of 200 m, and one match of scans there.
+/// @param stated_m distance to the side by the match
+FrameHypothesis passed(double stated_m) {
+  const InitSettings settings;
+  const std::vector<Vec2> x = along({{0, 0}, {200, 0}}, 0.5);
+  const YawPose truth{0.0, Vec3(-100.0, -2.8, 0.0)};
+  const PairTrack track = track_of(x, {{0, 0}}, exact_ranges(x, {{0, 0}}, truth), settings);
+  const YawPose stated{0.0, Vec3(-100.0, -stated_m, 0.0)};
+  PoseEvidence e = registered(stated, Vec3(100.0, 0.0, 0.0), 0);
+  e.on_a = ComparedBody{};
+  e.on_a->body.t = Time::from_s(200.0);
+  e.on_a->body.p_m = e.pivot_a_m;
+  e.on_b = ComparedBody{};
+  return joint_hypotheses(track, {e}, settings).all.front();
+}
+
+// If the match had errors of the path of its own, a tilt of 1.4 deg would put the passed vehicle
+// 2.4 m lower and both would agree: vehicles were joined the wrong way round in a tunnel.
+TEST(Hypotheses, a_scan_match_shares_the_errors_of_the_path_with_the_ranges) {
+  EXPECT_TRUE(passed(2.8).scans);
+  EXPECT_LT(passed(2.8).chi2, 1.0);
+  EXPECT_FALSE(passed(0.4).scans) << "the ranges say 2.8 m";
+}
+
 TEST(Hypotheses, from_invalid_or_too_few_ranges_are_empty_or_undecided) {
   const InitSettings settings;
   EXPECT_TRUE(range_hypotheses(PairTrack(kTag, kAnchor, settings.track), settings).all.empty());

@@ -1,6 +1,7 @@
 #include "rali/fleet/frames/pair_track.hpp"
 
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace rali::fleet {
@@ -13,6 +14,11 @@ bool usable(const RangeObservation& o) {
          std::isfinite(o.sigma_m) && o.sigma_m > 0.0;
 }
 
+/// Distance travelled by both ends.
+double moved_m(const RangeObservation& from, const RangeObservation& to) {
+  return (to.x_a_m - from.x_a_m).norm() + (to.y_b_m - from.y_b_m).norm();
+}
+
 }  // namespace
 
 TrackUse PairTrack::add(const RangeObservation& o) {
@@ -21,19 +27,31 @@ TrackUse PairTrack::add(const RangeObservation& o) {
   ++received_;
   if (!samples_.empty()) {
     const RangeObservation& last = samples_.back();
-    const double moved_m = (o.x_a_m - last.x_a_m).norm() + (o.y_b_m - last.y_b_m).norm();
-    if (moved_m <= settings_.still_m && moved_m < settings_.spacing_m) {
+    const double since_m = moved_m(last, o);
+    if (since_m <= settings_.still_m && since_m < settings_.spacing_m) {
       average(o);
       return TrackUse::kAveraged;
     }
-    if (moved_m < settings_.spacing_m) return TrackUse::kThinned;
+    if (since_m < settings_.spacing_m) return TrackUse::kThinned;
   }
-  if (samples_.size() >= static_cast<std::size_t>(settings_.samples_max)) {
-    samples_.erase(samples_.begin());
-  }
+  if (samples_.size() >= static_cast<std::size_t>(settings_.samples_max)) drop_least();
   samples_.push_back(o);
   count_ = 1.0;
   return TrackUse::kKept;
+}
+
+/// The direction between neighbours changes by at most the distance travelled per range.
+void PairTrack::drop_least() {
+  std::size_t least = 0;
+  double least_rad = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 1; k + 1 < samples_.size(); ++k) {
+    const double turn_rad = moved_m(samples_[k - 1], samples_[k + 1]) / samples_[k].range_m;
+    if (turn_rad < least_rad) {
+      least_rad = turn_rad;
+      least = k;
+    }
+  }
+  samples_.erase(samples_.begin() + static_cast<std::ptrdiff_t>(least));
 }
 
 /// The position stays that of the first sample: it differs by less than `still_m`.

@@ -30,7 +30,9 @@ enum class TrackUse { kKept, kAveraged, kThinned, kRefused };
 
 /// Independent ranges between two vehicles (algorithms_fleet 7.3): one per `spacing_m` travelled by
 /// both ends together. While both are at standstill, all ranges are averaged and count as one,
-/// because their errors depend on the place. Bounded: beyond `samples_max` the oldest are dropped.
+/// because their errors depend on the place. Bounded: beyond `samples_max` those are dropped
+/// between which the direction to the other end changes least. So the ranges of a vehicle that is
+/// passed, which alone tell its side of a straight path, stay however long the path becomes.
 class PairTrack {
  public:
   PairTrack(StreamKey a, StreamKey b, const TrackSettings& settings)
@@ -55,6 +57,7 @@ class PairTrack {
 
  private:
   void average(const RangeObservation& o);
+  void drop_least();
 
   StreamKey a_, b_;
   TrackSettings settings_;

@@ -14,8 +14,6 @@ using geometry::Vec3;
 
 namespace {
 
-/// Sigmas of the pose of a restarted vehicle (algorithms_fleet 7.6).
-
 Mat4 diagonal_information(double yaw_sigma_rad, double place_sigma_m) {
   Vec4 v = Vec4::Constant(1.0 / (place_sigma_m * place_sigma_m));
   v[0] = 1.0 / (yaw_sigma_rad * yaw_sigma_rad);

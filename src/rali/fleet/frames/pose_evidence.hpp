@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "rali/fleet/frames/path_sample.hpp"
 #include "rali/fleet/frames/settings.hpp"
 #include "rali/fleet/frames/yaw_pose.hpp"
 #include "rali/fleet/messages/messages.hpp"
@@ -16,6 +17,12 @@ enum class EvidenceSource {
   kRidge   ///< degenerate along a passage: no information along it
 };
 
+/// A compared body on its path.
+struct ComparedBody {
+  PathSample start;  ///< of its path
+  PathSample body;
+};
+
 /// A measurement other than ranges of the transform between two odom frames. Alternatives of which
 /// at most one is true carry the same `group` (the two results of a half-turn symmetry, the doors
 /// of a corridor). The information may be singular.
@@ -27,11 +34,17 @@ struct PoseEvidence {
   geometry::Vec3 pivot_a_m = geometry::Vec3::Zero();
   geometry::Vec3 place_b_m = geometry::Vec3::Zero();
   Mat4 information = Mat4::Zero();  ///< of (yaw, position), position in b [rad, m]
+  /// With both, errors of the paths until then are not in the information: they are those that the
+  /// ranges at that time have as well.
+  std::optional<ComparedBody> on_a, on_b;
   EvidenceSource source = EvidenceSource::kScan;
-  int group = -1;              ///< alternatives share it; negative: no group
-  double chi2 = 0.0;           ///< its own, to compare alternatives
-  double wrong_chi2 = 16.0;    ///< cost of rejecting all of the group
-  bool unrivalled = false;     ///< a scan match without a rival place
+  int group = -1;            ///< alternatives share it; negative: no group
+  double chi2 = 0.0;         ///< its own, to compare alternatives
+  double wrong_chi2 = 16.0;  ///< cost of rejecting all of the group
+  bool unrivalled = false;   ///< a scan match without a rival place
+  /// A scan match searched where a hypothesis predicts it, with those of the other hypotheses as
+  /// alternatives.
+  bool tested = false;
   double point_sigma_m = 0.0;  ///< sigma per point assumed by the information; 0: unknown
 
   /// T_b_a of this evidence.

@@ -68,7 +68,8 @@ struct TrackSettings {
       "distance travelled by both ends between ranges that are used");
     v("standstill_m", still_m, 0.0, 1.0,
       "motion below which an end is at standstill: its ranges count as one");
-    v("samples_max", samples_max, 8, 2000, "older ranges of a pair are dropped");
+    v("samples_max", samples_max, 8, 2000,
+      "ranges kept per pair, those that change the direction most");
   }
 };
 

@@ -13,7 +13,7 @@ namespace {
 /// Rigid solutions closer than this fraction of the merge distance of hypotheses are the same.
 constexpr double kSameFraction = 0.2;
 
-/// The problem with rigid paths: the error of an end along a range widens the range.
+/// The problem with rigid paths: their errors widen ranges and evidence.
 FrameProblem with_rigid_paths(const FrameProblem& problem) {
   FrameProblem rigid = problem;
   for (RangeTerm& r : rigid.ranges) {
@@ -22,6 +22,13 @@ FrameProblem with_rigid_paths(const FrameProblem& problem) {
     r.sigma_m = std::sqrt(r.sigma_m * r.sigma_m + off_m2);
     r.x_drift.resize(3, 0);
     r.y_drift.resize(3, 0);
+  }
+  for (EvidenceGroup& group : rigid.evidence) {
+    for (std::size_t k = 0; k < group.alternatives.size(); ++k) {
+      group.alternatives[k].information = group.apart[k];
+      group.a_drift[k].resize(4, 0);
+      group.b_drift[k].resize(4, 0);
+    }
   }
   std::fill(rigid.drifts.begin(), rigid.drifts.end(), Eigen::Index{0});
   return rigid;
