@@ -8,6 +8,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "rali/fleet/frames/information.hpp"
+
 namespace rali::fleet {
 
 using geometry::SE3;
@@ -42,15 +44,6 @@ Mat4 turned(const Mat4& covariance, double yaw_rad) {
   Mat4 G = Mat4::Identity();
   G.bottomRightCorner<3, 3>() = geometry::rotation_from_rpy(0.0, 0.0, yaw_rad);
   return G * covariance * G.transpose();
-}
-
-/// (I^-1 + P)^-1 without inverting I: zero information stays zero.
-template <class M>
-M with_error(const M& information, const M& covariance) {
-  constexpr double kMin = 1e-10;  // keeps it regular: 0.01 mm, 0.01 mrad
-  const M sum = information + (covariance + kMin * M::Identity()).inverse();
-  const M out = information - information * sum.ldlt().solve(information);
-  return 0.5 * (out + out.transpose());
 }
 
 /// Information on the position, with the rotation of (rotation, translation) marginalised.

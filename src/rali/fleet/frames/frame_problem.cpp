@@ -6,9 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/LU>
-
 #include "rali/fleet/frames/drift_basis.hpp"
+#include "rali/fleet/frames/information.hpp"
 #include "rali/geometry/so3.hpp"
 
 namespace rali::fleet {
@@ -74,12 +73,6 @@ void add_bodies(const FrameProblem& problem, Paths& paths) {
   }
 }
 
-/// (I^-1 + C)^-1 for any I and C.
-Mat4 with_covariance(const Mat4& information, const Mat4& covariance) {
-  const Mat4 out = information * (Mat4::Identity() + covariance * information).inverse();
-  return 0.5 * (out + out.transpose());
-}
-
 /// Errors of the two bodies of an alternative, and its information if they are unknown.
 void add_drift(const std::vector<DriftBasis>& bases, EvidenceGroup& group, std::size_t k) {
   const PoseEvidence& e = group.alternatives[k];
@@ -93,7 +86,8 @@ void add_drift(const std::vector<DriftBasis>& bases, EvidenceGroup& group, std::
   const geometry::Mat3 R_b_a = geometry::rotation_from_rpy(0.0, 0.0, e.yaw_rad);
   a.bottomRows<3>() = R_b_a * a.bottomRows<3>();
   if (e.on_b) b.bottomRows<3>() += quarter_turn(e.place_b_m - e.on_b->body.p_m) * b.row(0);
-  group.apart.push_back(with_covariance(e.information, a * a.transpose() + b * b.transpose()));
+  const Mat4 unknown = a * a.transpose() + b * b.transpose();
+  group.apart.push_back(with_error(e.information, unknown));
 }
 
 void add_drift(const Paths& paths, FrameProblem& problem) {

@@ -262,9 +262,9 @@ class Finder {
   /// measured.
   [[nodiscard]] bool same_minimum(const FrameHypothesis& h, const FrameHypothesis& k) const {
     constexpr double kNear_chi2 = 9.0;
-    if (!one_place(0.0, wrapped(h.T_b_a.yaw_rad - k.T_b_a.yaw_rad), settings_.search)) return false;
     Vec4 apart;
     apart[0] = wrapped(h.T_b_a.yaw_rad - k.T_b_a.yaw_rad);
+    if (!one_place(0.0, apart[0], settings_.search)) return false;
     apart.tail<3>() = h.place_b_m() - k.place_b_m();
     return apart.dot(h.information * apart) < kNear_chi2 &&
            apart.dot(k.information * apart) < kNear_chi2;
