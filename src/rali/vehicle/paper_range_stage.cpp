@@ -80,7 +80,7 @@ void PaperRangeStage::add(const RangeSample& sample, OutputList& out) {
 void PaperRangeStage::on(const PeerStatus& status) {
   const auto found = peers_.find(status.vehicle);
   if (found == peers_.end()) return;
-  found->second.on(status, settings_.ranging.place_stay_m);
+  found->second.on(status, settings_.ranging.place_stay_m, settings_.ranging.status_valid_s);
   if (found->second.at_rest) return;
   // A peer that drives off is no landmark any more, and its ranges no longer lie on a line.
   for (auto& [key, pair] : pairs_) {

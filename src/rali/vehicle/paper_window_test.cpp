@@ -137,13 +137,13 @@ TEST(PeerPlaces, a_peer_that_moved_is_at_its_reported_position) {
   peer.settings.prior.emplace();
   peer.settings.prior->T_self_peer.R = geometry::rotation_from_rpy(0.0, 0.0, 1.570796);
   peer.settings.prior->T_self_peer.p = {3.0, 0.0, 0.0};
-  peer.on(PeerStatus{VehicleId{0}, Time::from_s(1.0), false}, 0.1);
+  peer.on(PeerStatus{VehicleId{0}, Time::from_s(1.0), false}, 0.1, 1.5);
   peer.moved = true;
   EXPECT_FALSE(place_of(peer, Vec3::Zero(), SE3{}, Vec3::UnitZ())) << "it has said nothing";
   PeerStatus there{VehicleId{0}, Time::from_s(2.0), true, PeerPose{}};
   there.pose->T_start_body.p = {10.0, 0.0, 0.0};
   there.pose->position_covariance_m2 = Vec3(0.04, 0.0, 0.0).asDiagonal();
-  peer.on(there, 0.1);
+  peer.on(there, 0.1, 1.5);
   const auto place = place_of(peer, Vec3::Zero(), SE3{}, Vec3::UnitZ());
   ASSERT_TRUE(place.has_value());
   EXPECT_LT((place->p_odom_m - Vec3(3.0, 10.0, 0.0)).norm(), 1e-4);
@@ -155,16 +155,32 @@ TEST(PeerPlaces, a_peer_that_moved_is_at_its_reported_position) {
   EXPECT_NEAR(place->covariance_m2(1, 1), start * start + 0.04 + arm * arm * 9.0, 1e-3);
 }
 
+// Its radio was silent while it drove: it only reports to stand, elsewhere.
+TEST(PeerPlaces, a_peer_that_stands_elsewhere_after_silence_has_gone) {
+  const auto gone = [](double silent_s, double moved_m) {
+    PeerWatch peer;
+    PeerStatus status{VehicleId{0}, Time::from_s(1.0), true, PeerPose{}};
+    peer.on(status, 0.1, 1.5);
+    status.t = Time::from_s(1.0 + silent_s);
+    status.pose->T_start_body.p.x() = moved_m;
+    peer.on(status, 0.1, 1.5);
+    return peer.gone && peer.moved;
+  };
+  EXPECT_TRUE(gone(20.0, 5.0));
+  EXPECT_FALSE(gone(20.0, 0.05)) << "noise";
+  EXPECT_FALSE(gone(0.1, 5.0)) << "a correction of its pose at standstill";
+}
+
 TEST(PeerPlaces, a_peer_status_older_than_1_5_s_is_ignored) {
   PeerWatch peer;
   EXPECT_FALSE(peer.stands_at(Time::from_s(1.0), 1.5));
-  peer.on(PeerStatus{VehicleId{0}, Time::from_s(1.0), true}, 0.1);
+  peer.on(PeerStatus{VehicleId{0}, Time::from_s(1.0), true}, 0.1, 1.5);
   EXPECT_TRUE(peer.stands_at(Time::from_s(2.0), 1.5));
   EXPECT_FALSE(peer.stands_at(Time::from_s(2.6), 1.5));
-  peer.on(PeerStatus{VehicleId{0}, Time::from_s(0.5), false}, 0.1);  // late
+  peer.on(PeerStatus{VehicleId{0}, Time::from_s(0.5), false}, 0.1, 1.5);  // late
   EXPECT_TRUE(peer.stands_at(Time::from_s(2.0), 1.5));
   EXPECT_FALSE(peer.moved);
-  peer.on(PeerStatus{VehicleId{0}, Time::from_s(2.0), false}, 0.1);
+  peer.on(PeerStatus{VehicleId{0}, Time::from_s(2.0), false}, 0.1, 1.5);
   EXPECT_TRUE(peer.moved);
 }
 

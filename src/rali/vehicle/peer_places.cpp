@@ -37,18 +37,22 @@ bool whole(const PeerPose& pose) {
 
 }  // namespace
 
-void PeerWatch::on(const PeerStatus& status, double stay_m) {
+void PeerWatch::on(const PeerStatus& status, double stay_m, double silent_s) {
   if (received && status.t < t_status) return;
   const bool stood = at_rest || p_start_stood_m;
+  const bool silent = received && seconds_between(t_status, status.t) > silent_s;
   received = true;
   t_status = status.t;
   at_rest = status.at_rest;
   pose = status.pose && whole(*status.pose) ? status.pose : std::nullopt;
   const std::optional<Vec3> p_m = pose ? std::optional<Vec3>(pose->T_start_body.p) : std::nullopt;
+  const auto near_m = [&](const Vec3& stood_m) { return (*p_m - stood_m).norm() < stay_m; };
+  const bool elsewhere = silent && p_m && p_start_stood_m && !near_m(*p_start_stood_m);
   if (at_rest) p_start_stood_m = p_m;
-  const bool there = p_m && p_start_stood_m && (*p_m - *p_start_stood_m).norm() < stay_m;
+  const bool there = p_m && p_start_stood_m && near_m(*p_start_stood_m);
   left = !at_rest && !there;
-  moved = moved || (stood && left);
+  gone = gone || left || elsewhere;
+  moved = moved || (stood && (left || elsewhere));
 }
 
 std::map<VehicleId, PeerWatch> watch_peers(const VehicleSettings& settings) {

@@ -15,13 +15,17 @@ struct PeerWatch {
   bool received = false;
   bool at_rest = false;
   bool left = false;  ///< in motion, and away from its last position at standstill
+  /// Has left a position at standstill, or may have: then its ranges from there say nothing about
+  /// where it is now. For the user to clear.
+  bool gone = false;
   std::optional<geometry::Vec3> p_start_stood_m;  ///< reported, at last standstill
   bool moved = false;  ///< has left its start: the start pose alone no longer gives its position
   std::optional<PeerPose> pose;  ///< as last reported
 
   /// Ignores a status older than the last one.
   /// @param stay_m a peer that reports motion has not left before it is this far away
-  void on(const PeerStatus& status, double stay_m);
+  /// @param silent_s without a status for this long, motion may have been missed
+  void on(const PeerStatus& status, double stay_m, double silent_s);
 
   [[nodiscard]] bool stands_at(Time t, double status_valid_s) const {
     return received && at_rest && (t - t_status).s() < status_valid_s;

@@ -13,24 +13,26 @@ using odometry::AugmentedStates;
 using odometry::Moment;
 using sensor::RangeSample;
 
-/// Removes the landmark of a peer that drives off. One that reports motion only for a moment, since
-/// somebody passed in front of its LiDAR, keeps it: initialised again by the report, it was on the
-/// wrong side.
+/// Removes the landmark of a peer that drives off, and the ranges gathered to find it. One that
+/// reports motion only for a moment, since somebody passed in front of its LiDAR, keeps it:
+/// initialised again by the report, it was on the wrong side.
 void RangeStage::forget_moved(AugmentedFilter& filter) {
-  std::vector<LandmarkKey> gone;
-  for (const auto& [key, place] : places_) {
-    const PeerWatch& peer = peers_.at(std::get<0>(key));
-    if (peer.left) gone.push_back(key);
-  }
-  for (const LandmarkKey& key : gone) {
-    const int first = places_.at(key).state_index;
-    places_.erase(key);
-    lost_.erase(key);
-    remove_states(first, 3, filter);
-  }
-  if (gone.empty()) return;
-  for (auto& [key, pair] : pairs_) {
-    pair.finder.reset();
+  for (auto& [id, peer] : peers_) {
+    if (!peer.gone) continue;
+    peer.gone = peer.left;
+    std::vector<LandmarkKey> gone;
+    for (const auto& [key, place] : places_) {
+      if (std::get<0>(key) == id) gone.push_back(key);
+    }
+    for (const LandmarkKey& key : gone) {
+      const int first = places_.at(key).state_index;
+      places_.erase(key);
+      lost_.erase(key);
+      remove_states(first, 3, filter);
+    }
+    for (auto& [key, pair] : pairs_) {
+      if (std::get<1>(key) == id) pair.finder.reset();
+    }
   }
 }
 

@@ -67,7 +67,8 @@ void RangeStage::add(const RangeSample& sample, OutputList& out) {
 
 void RangeStage::on(const PeerStatus& status) {
   const auto found = peers_.find(status.vehicle);
-  if (found != peers_.end()) found->second.on(status, settings_.ranging.place_stay_m);
+  if (found != peers_.end())
+    found->second.on(status, settings_.ranging.place_stay_m, settings_.ranging.status_valid_s);
 }
 
 /// Own antenna, peer and its antenna; false if an end is unknown or there are too many pairs.

@@ -282,6 +282,42 @@ TEST(RangeStage, initialises_a_far_peer_in_a_passage_from_ranges_while_driving) 
   EXPECT_GT(s.filter.augmented().covariance(3, 3), 2.0);
 }
 
+// Of two vehicles side by side one drove 40 m ahead and stopped. Its ranges from the start and from
+// there, 3 and 43 m, were taken for those of one place: the landmark was initialised behind, and
+// the other vehicle's pose drove backwards with it.
+TEST(RangeStage, a_peer_that_drove_ahead_before_it_was_located_is_initialised_ahead) {
+  for (const bool heard : {true, false}) {  // its motion
+    VehicleSettings settings = settings_with_prior();
+    settings.peers[0].prior.reset();
+    Staged s(settings);
+    s.filter.axis = Vec3::UnitX();
+    s.filter.now.v_odom_mps.setZero();
+    PeerPose pose;
+    const auto report = [&](double t_s, bool at_rest) {
+      s.stage.on(PeerStatus{kPeer, Time::from_s(t_s), at_rest, pose});
+    };
+    for (int k = 0; k < 40; ++k) {
+      report(0.1 * k, true);
+      static_cast<void>(s.one(0.1 * k, 3.0));
+    }
+    for (int k = 0; k < 200; ++k) {
+      pose.T_start_body.p.x() += 0.2;
+      if (!heard) continue;
+      report(4.0 + 0.1 * k, false);
+      static_cast<void>(s.one(4.0 + 0.1 * k, 3.0 + pose.T_start_body.p.x()));
+    }
+    static_cast<void>(s.filter.advance_to(Time::from_s(24.0)));
+    s.filter.now.v_odom_mps = Vec3::UnitX();
+    for (double driven_m = 0.0; driven_m < 8.0 && s.filter.augmented().size() == 0;
+         driven_m += 0.1) {
+      report(24.0 + driven_m, true);
+      static_cast<void>(s.one(24.0 + driven_m, 43.0 - driven_m));
+    }
+    ASSERT_EQ(s.filter.augmented().size(), 5) << heard;
+    EXPECT_NEAR(s.filter.augmented().mean[2], 43.0, 0.5) << heard;
+  }
+}
+
 TEST(RangeStage, passes_a_peer_whose_lateral_prior_is_wrong_by_metres) {
   // It is 1.2 m to the left, with a prior 4 m to the right, 40 m ahead.
   VehicleSettings settings = settings_with_prior();
