@@ -31,16 +31,20 @@ double level_sigma_rad(const Increment& step, const JointSettings& settings) {
 
 /// Gravity from the vehicle's odometry, as certain as the odometry states it. Its error is common
 /// to all nodes, so all factors together must not carry more information than one. The weights 1/2,
-/// 1/6, 1/12, ... sum to 1, wherever a round ends between them.
+/// 1/6, 1/12, ... sum to 1, wherever a round ends between them. They begin with the first node that
+/// knows gravity: a vehicle at standstill has few nodes.
 void JointGraph::add_tilt(std::size_t path) {
   const auto& nodes = paths_[path].nodes();
   const Vec3 up_odom = paths_[path].up_odom();
   const auto every = static_cast<std::size_t>(settings_.tilt_every);
+  std::size_t first = 0;
+  while (first < nodes.size() && !nodes[first].step.levelled) ++first;
   double added = 0.0;  // information of the factors so far [1/rad^2]
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     const Increment& step = nodes[k].step;
-    if (k % every != 0 || (!step.levelled && k > 0)) continue;
-    const double nth = 1.0 + static_cast<double>(k / every);
+    const bool due = k < first ? k == 0 : (k - first) % every == 0 && step.levelled;
+    if (!due) continue;
+    const double nth = k < first ? 1.0 : 1.0 + static_cast<double>((k - first) / every);
     const double fraction = step.levelled ? nth / (nth + 1.0) : 1.0;
     const double total = fraction / std::pow(level_sigma_rad(step, settings_), 2);
     if (total <= added) continue;

@@ -87,6 +87,32 @@ TEST(JointTilt, sigma_of_pitch_is_5_deg_without_inertial_data) {
   EXPECT_NEAR(pitch_sigma_deg(30, false), 5.0, 0.1);
 }
 
+/// Of a path whose first node is from before gravity was known.
+double late_pitch_sigma_deg(std::uint32_t nodes) {
+  const VehiclePath levelled = path(1, nodes);
+  VehiclePath late(VehicleId{1});
+  for (const VehiclePath::Node& node : levelled.nodes()) {
+    Increment step = node.step;
+    step.levelled = step.node > 0;
+    late.add(node.t, step);
+  }
+  const std::vector<VehiclePath> paths = {path(0, nodes), late};
+  JointGraph joint(paths, {SE3{}, SE3{}}, {}, {});
+  StartPrior start;
+  start.path = 1;
+  joint.add(start);
+  joint.add(JointRanges{}, {});
+  joint.solve();
+  return std::sqrt(joint.graph().covariance(joint.seq(1, 0))(1, 1)) / kDegree;
+}
+
+// An anchor that stands adds few nodes. Without the level that it knows since its second one, its
+// tilt was stated as 5 deg: 8.6 m of height 98 m away.
+TEST(JointTilt, first_node_with_a_known_gravity_levels_a_path_of_few_nodes) {
+  EXPECT_NEAR(late_pitch_sigma_deg(3), 0.3 * std::sqrt(2.0), 0.01);         // 1/2
+  EXPECT_NEAR(late_pitch_sigma_deg(22), 0.3 * std::sqrt(3.0 / 2.0), 0.01);  // 1/2 + 1/6
+}
+
 /// Both odoms are truly level and the same frame. The first vehicle takes gravity for tilted by
 /// `error_deg`; each states `sigma_deg` of its own. @return tilt of the map
 double map_tilt_deg(double error_deg, double first_sigma_deg, double second_sigma_deg) {
