@@ -81,7 +81,11 @@ Status MapRun::write_ranges() {
   summary_.ranges = range_log_.tally();
   std::vector<InputReport> reports;
   for (const VehicleSummary& v : summary_.vehicles) reports.push_back(v.input);
-  for (Finding& f : range_findings(summary_.ranges, job_, reports)) report(std::move(f));
+  const std::vector<fleet::VehicleFrame>& frames = summary_.fleet.frames;
+  const bool placing = std::any_of(
+      frames.begin(), frames.end(),
+      [](const fleet::VehicleFrame& frame) { return frame.decided_by.starts_with("ranges"); });
+  for (Finding& f : range_findings(summary_.ranges, job_, reports, placing)) report(std::move(f));
   return range_log_.write(job_.out_dir + "/ranges.csv");
 }
 

@@ -98,7 +98,7 @@ Finding no_topic_finding(const std::string& topic) {
 }
 
 FindingList range_findings(const RangeTally& tally, const MapJob& job,
-                           const std::vector<InputReport>& reports) {
+                           const std::vector<InputReport>& reports, bool placing) {
   FindingList list;
   for (const RangeTopic& topic : job.ranges.topics) {
     if (messages_of(topic.topic, reports) > 0) continue;
@@ -121,12 +121,22 @@ FindingList range_findings(const RangeTally& tally, const MapJob& job,
     return list;
   }
   const RangeReason reason = tally.commonest_refusal();
-  const auto index = static_cast<std::size_t>(reason);
-  list.push_back(
-      finding("ranges.none_used",
-              fmt::format("none of {} was used, {} of them for {}", counted(tally.total, "range"),
-                          tally.by_reason[index], ranging::kRangeReasonNames[index]),
-              remedy_of(reason)));
+  const std::string refused =
+      fmt::format("{} of them for {}", tally.by_reason[static_cast<std::size_t>(reason)],
+                  ranging::kRangeReasonNames[static_cast<std::size_t>(reason)]);
+  const std::string ranges = counted(tally.total, "range");
+  if (placing) {
+    list.push_back(finding("ranges.none_used",
+                           fmt::format("{} placed the vehicles relative to each other; none "
+                                       "corrected a vehicle while it drove, {}",
+                                       ranges, refused),
+                           ""));
+    list.back().severity = Severity::kInfo;
+    return list;
+  }
+  list.push_back(finding("ranges.none_used",
+                         fmt::format("none of {} was used, {}", ranges, refused),
+                         remedy_of(reason)));
   return list;
 }
 

@@ -13,7 +13,8 @@ namespace rali::drive {
 
 /// Warnings about the ranges of a run: a topic without ranges, ranges of which none was used and
 /// why, ranges between vehicles without a common clock.
+/// @param placing vehicles were placed relative to each other by ranges
 [[nodiscard]] FindingList range_findings(const RangeTally& tally, const MapJob& job,
-                                         const std::vector<InputReport>& reports);
+                                         const std::vector<InputReport>& reports, bool placing);
 
 }  // namespace rali::drive

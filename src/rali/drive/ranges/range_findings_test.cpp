@@ -20,7 +20,7 @@ RangeLog log_of(double first_s, double last_s) {
 }
 
 /// Two vehicles with data from 100 to 200 s and from 150 to 260 s, and one without any.
-FindingList findings_of(double first_s, double last_s) {
+FindingList findings_of(double first_s, double last_s, bool placing = false) {
   MapJob job;
   job.vehicles.resize(3);
   std::vector<InputReport> reports(3);
@@ -29,7 +29,7 @@ FindingList findings_of(double first_s, double last_s) {
   reports[0].t_end = Time::from_s(200.0);
   reports[1].t_start = Time::from_s(150.0);
   reports[1].t_end = Time::from_s(260.0);
-  return range_findings(log_of(first_s, last_s).tally(), job, reports);
+  return range_findings(log_of(first_s, last_s).tally(), job, reports, placing);
 }
 
 TEST(RangeFindings, reports_ranges_stamped_by_another_clock) {
@@ -47,6 +47,17 @@ TEST(RangeFindings, does_not_report_another_clock_if_the_times_touch) {
   ASSERT_EQ(findings_of(90.0, 100.0).size(), 1U);
   EXPECT_EQ(findings_of(90.0, 100.0)[0].id, "ranges.none_used");
   EXPECT_EQ(findings_of(260.0, 300.0)[0].id, "ranges.none_used");
+}
+
+// "None was used", beside "placed by ranges", looked like broken radios.
+TEST(RangeFindings, ranges_that_only_placed_the_vehicles_are_no_fault) {
+  const FindingList list = findings_of(120.0, 180.0, true);
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_EQ(list[0].severity, Severity::kInfo);
+  EXPECT_EQ(list[0].text,
+            "2 ranges placed the vehicles relative to each other; none corrected a vehicle while "
+            "it drove, 2 of them for no_pose");
+  EXPECT_EQ(findings_of(120.0, 180.0)[0].severity, Severity::kWarning);
 }
 
 }  // namespace
