@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstddef>
+#include <optional>
+#include <span>
+
 namespace rali::odometry {
 
 /// How well the first scans fit a first speed after a replay at it.
@@ -9,6 +13,7 @@ struct FirstSpeedFit {
   double on_walls = 0.0;         ///< fraction of a scan's points; half for a wall at 45 degrees
   double on_facing = 0.0;        ///< of these, weighted by how much they face the motion
   double speed_sigma_mps = 0.0;  ///< at the end, along the first heading
+  double mean_mps = 0.0;         ///< over all scans, likewise
 };
 
 /// Score of a first speed; of two, the one with the higher score is taken. Only surfaces that face
@@ -17,5 +22,19 @@ struct FirstSpeedFit {
 /// points outweigh a mean NIS higher by one, or twice the sigma of the speed: the speed is
 /// observable by points that match from scan to scan without moving along.
 [[nodiscard]] double value_of(const FirstSpeedFit& fit);
+
+/// A first speed after its replay, if the scans determined the speed.
+struct TriedSpeed {
+  double first_mps = 0.0;  ///< along the first heading
+  double mean_mps = 0.0;   ///< of the replay
+  double value = 0.0;
+};
+
+/// The one with the highest value of those that are reached from another first speed as well. A
+/// first speed that is off by its own sigma must lead to the same motion; one that nothing else
+/// leads to is an accident of a young map, e.g. a wall that was mapped twice and fits twice.
+/// @param sigma_mps of the first speeds @return its index; nothing if there is none
+[[nodiscard]] std::optional<std::size_t> best_reached_twice(std::span<const TriedSpeed> tried,
+                                                            double sigma_mps);
 
 }  // namespace rali::odometry

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <vector>
 
 #include "rali/odometry/robust/internal/start_memory.hpp"
 
@@ -57,31 +58,35 @@ std::optional<RobustOdometry::FirstSpeed> RobustOdometry::find_first_speed(
       imu::statistics(imu_.between(scans.front().t_end, scans.back().t_end)).accel_mean_mps2;
   const Mat3 R = track_.front().T_odom_body.R;
   const Vec3 g = -settings_.initialisation.gravity_mps2 * (R * force).normalized();
-  std::optional<FirstSpeed> best;
-  double maximum = 0.0;
+  const Vec3 ahead = R * forward_body_;
+  std::vector<FirstSpeed> speeds;
+  std::vector<TriedSpeed> tried;  // of each of them
   FindingList unsaid;
   const auto consider = [&](const FirstSpeed& first) {
     take(before);
     const FirstSpeedFit fit = replay(few, first, unsaid);
-    if (!(fit.speed_sigma_mps <= kSeen * kSigma_mps)) return;
     const double value = value_of(fit);
-    if (!(std::isfinite(value) && (!best || value > maximum))) return;
-    best = first;
-    maximum = value;
+    if (!(fit.speed_sigma_mps <= kSeen * kSigma_mps) || !std::isfinite(value)) return;
+    speeds.push_back(first);
+    tried.push_back({ahead.dot(first.v_odom_mps), fit.mean_mps, value});
   };
   if (guess != nullptr) consider({guess->v_odom_mps, guess->sigma_mps, g});
-  for (int k = -kSteps; k <= kSteps; ++k)
-    consider({k * kStep_mps * (R * forward_body_), kSigma_mps, g});
+  for (int k = -kSteps; k <= kSteps; ++k) consider({k * kStep_mps * ahead, kSigma_mps, g});
   // Finer steps: from a wrong first speed, the first innovations make speed and gravity overshoot.
   for (const double finer_mps : {0.5 * kStep_mps, 0.25 * kStep_mps}) {
-    if (!best) break;
-    const Vec3 middle = best->v_odom_mps;
+    const auto middle = std::max_element(
+        tried.begin(), tried.end(),
+        [](const TriedSpeed& a, const TriedSpeed& b) { return a.value < b.value; });
+    if (middle == tried.end()) break;
+    const Vec3 v_mps = speeds[static_cast<std::size_t>(middle - tried.begin())].v_odom_mps;
     for (const double side : {-1.0, 1.0}) {
-      consider({middle + side * finer_mps * (R * forward_body_), kSigma_mps, g});
+      consider({v_mps + side * finer_mps * ahead, kSigma_mps, g});
     }
   }
   take(before);
-  return best;
+  const std::optional<std::size_t> best = best_reached_twice(tried, kSigma_mps);
+  if (!best) return std::nullopt;
+  return speeds[*best];
 }
 
 /// For a vehicle in motion when the recording began: its first scans were undistorted and

@@ -88,6 +88,8 @@ FirstSpeedFit RobustOdometry::replay(std::span<const LidarScan> scans, const Fir
   const double n = static_cast<double>(scans.size() - 1);
   for (double* sum : {&fit.nis, &fit.sideways, &fit.on_walls, &fit.on_facing}) *sum /= n;
   fit.speed_sigma_mps = std::sqrt(ahead.dot(state_.P.block<3, 3>(kVel, kVel) * ahead));
+  fit.mean_mps =
+      ahead.dot(state_.T_odom_body.p - begin.T_odom_body.p) / seconds_between(begin.t, state_.t);
   return fit;
 }
 
