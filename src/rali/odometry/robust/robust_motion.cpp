@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
@@ -16,6 +17,7 @@ using sensor::LidarScan;
 
 namespace {
 
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 /// After this many scans of driving the noise counts as measured.
 constexpr int kDriven = 10;
 
@@ -324,6 +326,51 @@ void RobustOdometry::widen_speed(const Vec3& axis_odom, FindingList& findings) {
   f.effect = fmt::format("speed and position along the path are taken back, by up to {:.0f} m",
                          std::abs(path_m));
   f.remedy = "If the vehicle is that fast, set odometry.robust.constraints.speed_usual_mps.";
+  findings.push_back(f);
+}
+
+/// Of the LiDAR's rotation in the body: as assumed, and as the direction of travel shows.
+Mat3 RobustOdometry::mounting_rad2() const {
+  const double sigma_rad = kRadPerDeg * settings_.mounting_sigma_deg;
+  const Vec3 up_body = -(state_.T_odom_body.R.transpose() * state_.g_odom_mps2).normalized();
+  const Vec3 turned_rad = travel_.beyond_sigma_rad() * up_body;
+  return sigma_rad * sigma_rad * Mat3::Identity() + turned_rad * turned_rad.transpose();
+}
+
+/// Adds the pose to the direction of travel, where the LiDAR measures sideways motion.
+void RobustOdometry::watch_travel(FindingList& findings) {
+  constexpr double kAcross = 0.5;  // cosine
+  constexpr double kReported_rad = 1.0 * kRadPerDeg;
+  constexpr double kReported_sigmas = 5.0;
+  const Vec3 up = -state_.g_odom_mps2.normalized();
+  const Vec3 up_body = state_.T_odom_body.R.transpose() * up;
+  const Vec3 left = up.cross(state_.T_odom_body.R * forward_body_);
+  bool measured = track_state_ == TrackState::kGood && (inertial_ || !has_imu_) && !new_map_;
+  for (int k = 0; k < 3; ++k) {
+    const bool open = degenerate_[static_cast<std::size_t>(k)];
+    measured = measured && !(open && std::abs(left.dot(axes_.col(k))) > kAcross);
+  }
+  if (!measured) return travel_.interrupt();
+  travel_.add(state_.T_odom_body, forward_body_, up_body);
+  const auto angle = travel_.angle();
+  const bool reported = angle && std::abs(angle->left_rad) >
+                                     std::max(kReported_rad, kReported_sigmas * angle->sigma_rad);
+  if (travel_reported_ || !reported) return;
+  travel_reported_ = true;
+  Finding f;
+  f.id = "odometry.mounting";
+  f.severity = Severity::kWarning;
+  f.t = state_.t;
+  f.text =
+      fmt::format("the vehicle drives {:.1f} deg to the {} of the x axis of its body (+-{:.1f})",
+                  std::abs(angle->left_rad) / kRadPerDeg, angle->left_rad > 0.0 ? "left" : "right",
+                  angle->sigma_rad / kRadPerDeg);
+  f.effect =
+      "unless it crabs, the yaw of T_body_lidar is off by that: the path is turned by it against "
+      "the heading of the vehicle, which start poses refer to";
+  f.remedy = "Correct the yaw of lidar.T_body_lidar, or point the x axis of the body ahead.";
+  f.value = angle->left_rad / kRadPerDeg;
+  f.limit = kReported_rad / kRadPerDeg;
   findings.push_back(f);
 }
 

@@ -3,7 +3,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
@@ -46,6 +45,7 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   }
   if (inertial_) constrain(done, findings);
   if (settled) judge(done, findings);
+  watch_travel(findings);
   if (interrupted && new_map_) track_state_ = TrackState::kDiverged;
   if (!settled) stray(predicted_, findings);
   // A young map has few planes: it must grow before many matches can be required.
@@ -331,9 +331,8 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
   reported_inertial_ = inertial_;
   out.v_odom_mps = inertial_ ? state_.v : Vec3(state_.T_odom_body.R * state_.v);
   if (!T_odom_first_) T_odom_first_ = out.T_odom_body;
-  constexpr double kDegree = std::numbers::pi / 180.0;
-  out.covariance = covariance(update) + mounting_covariance(*T_odom_first_, out.T_odom_body,
-                                                            kDegree * settings_.mounting_sigma_deg);
+  out.covariance =
+      covariance(update) + mounting_covariance(*T_odom_first_, out.T_odom_body, mounting_rad2());
   release(update);
   turn_with_map(update);
   out.lidar_information = bend_.unseen_in(update.information, state_);

@@ -26,6 +26,7 @@
 #include "rali/odometry/robust/update.hpp"
 #include "rali/odometry/robust/vehicle_constraints.hpp"
 #include "rali/odometry/settings.hpp"
+#include "rali/odometry/travel_direction.hpp"
 
 namespace rali::odometry::internal {
 
@@ -210,6 +211,8 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   void report_refusal(FindingList& findings);
   void judge(const UpdateResult& update, FindingList& findings);
   void watch_acceleration(bool settled);
+  [[nodiscard]] geometry::Mat3 mounting_rad2() const;
+  void watch_travel(FindingList& findings);
   [[nodiscard]] std::string impossible_motion() const;
   void restart(const std::string& impossible, FindingList& findings);
   void start_anew();
@@ -267,8 +270,10 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   std::optional<Time> resumed_;     ///< found again then, the speed is not known yet
   bool new_map_ = false;            ///< started with the newest scan, the last map was lost
   std::optional<geometry::SE3> T_odom_first_;  ///< of the first result
-  geometry::SE3 T_reported_;                   ///< in the last result
-  bool reported_inertial_ = false;             ///< in the last result
+  TravelDirection travel_;
+  bool travel_reported_ = false;
+  geometry::SE3 T_reported_;        ///< in the last result
+  bool reported_inertial_ = false;  ///< in the last result
   /// Projector on the translations that the last scan observed well.
   geometry::Mat3 lidar_known_ = geometry::Mat3::Zero();
   bool at_standstill_ = false;  ///< the pose is kept fixed
