@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/LU>
+
 #include "rali/fleet/centre/joint_covariance.hpp"
 #include "rali/fleet/centre/path_frames.hpp"
 #include "rali/fleet/path/level.hpp"
@@ -132,6 +134,7 @@ void JointGraph::add_path(std::size_t path) {
     }
   }
   add_steps(path);
+  add_initialised(path);
   add_tilt(path);
 }
 
@@ -158,6 +161,29 @@ void JointGraph::add_start_of_inertial(std::size_t path, std::size_t node) {
   H.middleCols<3>(graph::kAccelBias).setIdentity();
   prior.information += inverse_square(settings_.start_accel_bias_sigma_mps2) * H.transpose() * H;
   graph_->add(prior);
+}
+
+/// Nodes from before gravity is known have no inertial step, so nothing ties them along a passage.
+/// But the initialisation follows the motion since the first scan once more, with inertial data:
+/// the first node with gravity states its position relative to the first one. It is 0.01 m for a
+/// vehicle that stood, and large for one that started in motion.
+void JointGraph::add_initialised(std::size_t path) {
+  const auto& nodes = paths_[path].nodes();
+  if (settings_.steps == StepWeight::kIsotropic) return;
+  if (begin_[path] > 0) return;  // in the separator prior
+  std::size_t k = 0;
+  while (k < nodes.size() && !nodes[k].step.levelled) ++k;
+  if (k == 0 || k == nodes.size()) return;
+  for (std::size_t i = 1; i <= k; ++i) {
+    if (nodes[i].step.begins) return;
+  }
+  const SE3& first = nodes[0].step.T_odom_body;
+  graph::RelativePoseFactor factor{seq(path, 0), seq(path, k),
+                                   first.inverse() * nodes[k].step.T_odom_body};
+  geometry::Mat3 P_m2 = nodes[k].step.covariance.bottomRightCorner<3, 3>();
+  P_m2.diagonal().array() += settings_.shape.loose_m * settings_.shape.loose_m;
+  factor.information.bottomRightCorner<3, 3>() = first.R.transpose() * P_m2.inverse() * first.R;
+  if (factor.information.allFinite()) graph_->add(factor);
 }
 
 void JointGraph::add_steps(std::size_t path) {
