@@ -30,11 +30,12 @@ struct TriedSpeed {
   double value = 0.0;
 };
 
-/// The one with the highest value of those that are reached from another first speed as well. A
-/// first speed that is off by its own sigma must lead to the same motion; one that nothing else
-/// leads to is an accident of a young map, e.g. a wall that was mapped twice and fits twice.
+/// The one with the highest value. A first speed that is off by its own sigma should lead to the
+/// same motion; one that nothing else leads to may be an accident of a young map, e.g. a wall that
+/// was mapped twice and fits twice. Of those about as good, one that is reached from another first
+/// speed as well is preferred.
 /// @param sigma_mps of the first speeds @return its index; nothing if there is none
-[[nodiscard]] std::optional<std::size_t> best_reached_twice(std::span<const TriedSpeed> tried,
-                                                            double sigma_mps);
+[[nodiscard]] std::optional<std::size_t> best_speed(std::span<const TriedSpeed> tried,
+                                                    double sigma_mps);
 
 }  // namespace rali::odometry

@@ -39,16 +39,15 @@ TEST(FirstSpeed, score_without_wall_points_is_low_but_finite) {
 
 // Measured in a hall (campaign, seed 898, v1, 11 scans), true speed 0.65 m/s: at 0.9 m/s a wall was
 // mapped twice and fitted better, and gravity took the difference, 1.9 deg.
-TEST(FirstSpeed, one_that_no_other_first_speed_leads_to_is_an_accident) {
-  const std::vector<TriedSpeed> tried = {{0.74, 0.649, -1.6225}, {0.4, 0.651, -1.6653},
-                                         {0.8, 0.648, -1.5879},  {0.6, 0.649, -1.6183},
-                                         {0.7, 0.649, -1.5731},  {0.9, 0.805, -1.5716}};
-  const auto best = best_reached_twice(tried, 0.2);
-  ASSERT_TRUE(best.has_value());
-  EXPECT_EQ(tried[*best].first_mps, 0.7);
-  EXPECT_FALSE(best_reached_twice(std::span(tried).last(1), 0.2).has_value());
-  const std::vector<TriedSpeed> far_apart = {{0.4, 0.65, -1.0}, {0.8, 0.65, -1.0}};
-  EXPECT_FALSE(best_reached_twice(far_apart, 0.2).has_value());
+TEST(FirstSpeed, of_two_about_as_good_one_that_another_leads_to_is_preferred) {
+  std::vector<TriedSpeed> tried = {{0.74, 0.649, -1.6225}, {0.4, 0.651, -1.6653},
+                                   {0.8, 0.648, -1.5879},  {0.6, 0.649, -1.6183},
+                                   {0.7, 0.649, -1.5731},  {0.9, 0.805, -1.5716}};
+  EXPECT_EQ(tried[best_speed(tried, 0.2).value()].first_mps, 0.7);
+  tried.back().value = -1.4;
+  EXPECT_EQ(tried[best_speed(tried, 0.2).value()].first_mps, 0.9) << "much better";
+  EXPECT_EQ(best_speed(std::span(tried).last(1), 0.2), 0U) << "the only one";
+  EXPECT_FALSE(best_speed({}, 0.2).has_value());
 }
 
 }  // namespace

@@ -84,7 +84,7 @@ std::optional<RobustOdometry::FirstSpeed> RobustOdometry::find_first_speed(
     }
   }
   take(before);
-  const std::optional<std::size_t> best = best_reached_twice(tried, kSigma_mps);
+  const std::optional<std::size_t> best = best_speed(tried, kSigma_mps);
   if (!best) return std::nullopt;
   return speeds[*best];
 }
