@@ -59,12 +59,4 @@ std::optional<TravelDirection::Angle> TravelDirection::angle() const {
   return Angle{fit[0], std::hypot(std::sqrt(left_m2 * inverse(0, 0)), kWheels_rad)};
 }
 
-double TravelDirection::beyond_sigma_rad() const {
-  const std::optional<Angle> known = angle();
-  if (!known) return 0.0;
-  const double beyond =
-      known->left_rad * known->left_rad - 4.0 * known->sigma_rad * known->sigma_rad;
-  return std::sqrt(std::max(0.0, beyond));
-}
-
 }  // namespace rali::odometry

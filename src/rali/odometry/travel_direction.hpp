@@ -33,9 +33,6 @@ class TravelDirection {
   /// Nothing while it is unknown, or if the vehicle does not drive along x at all.
   [[nodiscard]] std::optional<Angle> angle() const;
 
-  /// The part of the angle that is beyond two sigma [rad].
-  [[nodiscard]] double beyond_sigma_rad() const;
-
  private:
   std::optional<geometry::SE3> last_;
   int steps_ = 0;

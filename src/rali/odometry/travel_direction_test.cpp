@@ -47,9 +47,7 @@ TEST(TravelDirection, is_the_angle_by_which_the_mounting_is_off) {
     ASSERT_TRUE(angle.has_value());
     EXPECT_NEAR(angle->left_rad / kDegree, left_deg, 0.1);
     EXPECT_LT(angle->sigma_rad / kDegree, 0.15);
-    EXPECT_NEAR(driven(left_deg, 0.0).beyond_sigma_rad() / kDegree, std::abs(left_deg), 0.15);
   }
-  EXPECT_EQ(driven(0.0, 0.0).beyond_sigma_rad(), 0.0);
 }
 
 TEST(TravelDirection, is_that_of_the_vehicle_for_a_sensor_mounted_in_any_way) {
@@ -68,7 +66,6 @@ TEST(TravelDirection, a_carrier_that_sways_leaves_it_uncertain) {
   const auto angle = driven(0.3, 0.0, 0.15).angle();
   ASSERT_TRUE(angle.has_value());
   EXPECT_GT(angle->sigma_rad / kDegree, 0.5);
-  EXPECT_EQ(driven(0.3, 0.0, 0.15).beyond_sigma_rad(), 0.0);
 }
 
 TEST(TravelDirection, is_unknown_before_ten_metres_and_for_a_body_that_is_not_ahead_along_x) {

@@ -329,14 +329,6 @@ void RobustOdometry::widen_speed(const Vec3& axis_odom, FindingList& findings) {
   findings.push_back(f);
 }
 
-/// Of the LiDAR's rotation in the body: as assumed, and as the direction of travel shows.
-Mat3 RobustOdometry::mounting_rad2() const {
-  const double sigma_rad = kRadPerDeg * settings_.mounting_sigma_deg;
-  const Vec3 up_body = -(state_.T_odom_body.R.transpose() * state_.g_odom_mps2).normalized();
-  const Vec3 turned_rad = travel_.beyond_sigma_rad() * up_body;
-  return sigma_rad * sigma_rad * Mat3::Identity() + turned_rad * turned_rad.transpose();
-}
-
 /// Adds the pose to the direction of travel, where the LiDAR measures sideways motion.
 void RobustOdometry::watch_travel(FindingList& findings) {
   constexpr double kAcross = 0.5;  // cosine

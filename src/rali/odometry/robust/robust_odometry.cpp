@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
@@ -331,8 +332,9 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
   reported_inertial_ = inertial_;
   out.v_odom_mps = inertial_ ? state_.v : Vec3(state_.T_odom_body.R * state_.v);
   if (!T_odom_first_) T_odom_first_ = out.T_odom_body;
-  out.covariance =
-      covariance(update) + mounting_covariance(*T_odom_first_, out.T_odom_body, mounting_rad2());
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  out.covariance = covariance(update) + mounting_covariance(*T_odom_first_, out.T_odom_body,
+                                                            kDegree * settings_.mounting_sigma_deg);
   release(update);
   turn_with_map(update);
   out.lidar_information = bend_.unseen_in(update.information, state_);

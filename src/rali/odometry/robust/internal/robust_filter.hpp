@@ -211,7 +211,6 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   void report_refusal(FindingList& findings);
   void judge(const UpdateResult& update, FindingList& findings);
   void watch_acceleration(bool settled);
-  [[nodiscard]] geometry::Mat3 mounting_rad2() const;
   void watch_travel(FindingList& findings);
   [[nodiscard]] std::string impossible_motion() const;
   void restart(const std::string& impossible, FindingList& findings);
