@@ -286,7 +286,7 @@ TEST(RangeStage, initialises_a_far_peer_in_a_passage_from_ranges_while_driving) 
 // there, 3 and 43 m, were taken for those of one place: the landmark was initialised behind, and
 // the other vehicle's pose drove backwards with it.
 TEST(RangeStage, a_peer_that_drove_ahead_before_it_was_located_is_initialised_ahead) {
-  for (const bool heard : {true, false}) {  // its motion
+  for (const bool received : {true, false}) {  // its reports while it drives
     VehicleSettings settings = settings_with_prior();
     settings.peers[0].prior.reset();
     Staged s(settings);
@@ -302,7 +302,7 @@ TEST(RangeStage, a_peer_that_drove_ahead_before_it_was_located_is_initialised_ah
     }
     for (int k = 0; k < 200; ++k) {
       pose.T_start_body.p.x() += 0.2;
-      if (!heard) continue;
+      if (!received) continue;
       report(4.0 + 0.1 * k, false);
       static_cast<void>(s.one(4.0 + 0.1 * k, 3.0 + pose.T_start_body.p.x()));
     }
@@ -313,8 +313,8 @@ TEST(RangeStage, a_peer_that_drove_ahead_before_it_was_located_is_initialised_ah
       report(24.0 + driven_m, true);
       static_cast<void>(s.one(24.0 + driven_m, 43.0 - driven_m));
     }
-    ASSERT_EQ(s.filter.augmented().size(), 5) << heard;
-    EXPECT_NEAR(s.filter.augmented().mean[2], 43.0, 0.5) << heard;
+    ASSERT_EQ(s.filter.augmented().size(), 5) << received;
+    EXPECT_NEAR(s.filter.augmented().mean[2], 43.0, 0.5) << received;
   }
 }
 

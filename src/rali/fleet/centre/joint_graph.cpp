@@ -163,6 +163,14 @@ void JointGraph::add_start_of_inertial(std::size_t path, std::size_t node) {
   graph_->add(prior);
 }
 
+/// The path's first node that knows gravity; the number of its nodes if none does.
+std::size_t JointGraph::first_levelled(std::size_t path) const {
+  const auto& nodes = paths_[path].nodes();
+  const auto levelled = [](const VehiclePath::Node& node) { return node.step.levelled; };
+  const auto first = std::find_if(nodes.begin(), nodes.end(), levelled);
+  return static_cast<std::size_t>(first - nodes.begin());
+}
+
 /// Nodes from before gravity is known have no inertial step, so nothing ties them along a passage.
 /// But the initialisation follows the motion since the first scan once more, with inertial data:
 /// the first node with gravity states its position relative to the first one. It is 0.01 m for a
@@ -171,8 +179,7 @@ void JointGraph::add_initialised(std::size_t path) {
   const auto& nodes = paths_[path].nodes();
   if (settings_.steps == StepWeight::kIsotropic) return;
   if (begin_[path] > 0) return;  // in the separator prior
-  std::size_t k = 0;
-  while (k < nodes.size() && !nodes[k].step.levelled) ++k;
+  const std::size_t k = first_levelled(path);
   if (k == 0 || k == nodes.size()) return;
   for (std::size_t i = 1; i <= k; ++i) {
     if (nodes[i].step.begins) return;

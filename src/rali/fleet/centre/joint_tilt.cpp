@@ -37,8 +37,7 @@ void JointGraph::add_tilt(std::size_t path) {
   const auto& nodes = paths_[path].nodes();
   const Vec3 up_odom = paths_[path].up_odom();
   const auto every = static_cast<std::size_t>(settings_.tilt_every);
-  std::size_t first = 0;
-  while (first < nodes.size() && !nodes[first].step.levelled) ++first;
+  const std::size_t first = first_levelled(path);
   double added = 0.0;  // information of the factors so far [1/rad^2]
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     const Increment& step = nodes[k].step;

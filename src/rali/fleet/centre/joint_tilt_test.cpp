@@ -41,9 +41,9 @@ VehiclePath path(std::uint16_t vehicle, std::uint32_t nodes, bool levelled = tru
 }
 
 /// Sigma of the pitch of the second path's first node, its frame given by a start pose.
-double pitch_sigma_deg(std::uint32_t nodes, bool levelled, bool with_degenerate = false) {
-  const std::vector<VehiclePath> paths = {path(0, nodes),
-                                          path(1, nodes, levelled, with_degenerate)};
+double pitch_sigma_deg(const VehiclePath& second) {
+  const std::vector<VehiclePath> paths = {
+      path(0, static_cast<std::uint32_t>(second.nodes().size())), second};
   JointGraph joint(paths, {SE3{}, SE3{}}, {}, {});
   StartPrior start;
   start.path = 1;
@@ -51,6 +51,10 @@ double pitch_sigma_deg(std::uint32_t nodes, bool levelled, bool with_degenerate 
   joint.add(JointRanges{}, {});
   joint.solve();
   return std::sqrt(joint.graph().covariance(joint.seq(1, 0))(1, 1)) / kDegree;
+}
+
+double pitch_sigma_deg(std::uint32_t nodes, bool levelled, bool with_degenerate = false) {
+  return pitch_sigma_deg(path(1, nodes, levelled, with_degenerate));
 }
 
 // Thirty factors treated as independent gave a sigma of 0.05 deg, and kept a frame 4 sigma away
@@ -96,14 +100,7 @@ double late_pitch_sigma_deg(std::uint32_t nodes) {
     step.levelled = step.node > 0;
     late.add(node.t, step);
   }
-  const std::vector<VehiclePath> paths = {path(0, nodes), late};
-  JointGraph joint(paths, {SE3{}, SE3{}}, {}, {});
-  StartPrior start;
-  start.path = 1;
-  joint.add(start);
-  joint.add(JointRanges{}, {});
-  joint.solve();
-  return std::sqrt(joint.graph().covariance(joint.seq(1, 0))(1, 1)) / kDegree;
+  return pitch_sigma_deg(late);
 }
 
 // An anchor that stands adds few nodes. Without the level that it knows since its second one, its
