@@ -196,6 +196,9 @@ TEST(MapSummary, summarises_the_run_in_a_few_lines) {
       std::string::npos)
       << text;
   EXPECT_NE(text.find(", 3 loops closed, 1 refused\n"), std::string::npos) << text;
+  joined.fleet.frames[1].sigma_rad = 22.4;
+  EXPECT_NE(summary_text(joined, "out").find("sigma 0.04 m, heading unknown)\n"), std::string::npos)
+      << "a vehicle that stands is placed by ranges without a heading";
   drive::MapSummary damaged = summary_of(1);
   damaged.vehicles[0].input.gaps.jumps = 2;
   damaged.vehicles[0].diverged_s = 3.0;

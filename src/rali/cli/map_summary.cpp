@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "rali/base/counted.hpp"
+#include "rali/base/heading.hpp"
 #include "rali/cli/command.hpp"
 #include "rali/config/extrinsics.hpp"
 #include "rali/config/suggest.hpp"
@@ -36,9 +37,13 @@ std::string vehicles_line(const MapSummary& summary) {
   std::vector<std::string> placed;
   for (const fleet::VehicleFrame& frame : fleet.frames) {
     if (frame.decided_by.empty()) continue;
-    placed.push_back(fmt::format("{} placed by {}, sigma {:.2f} m, {:.1f} deg",
+    const std::string heading =
+        heading_is_known(frame.sigma_rad)
+            ? fmt::format("{:.1f} deg", frame.sigma_rad * 180.0 / std::numbers::pi)
+            : "heading unknown";
+    placed.push_back(fmt::format("{} placed by {}, sigma {:.2f} m, {}",
                                  summary.vehicles[frame.vehicle.value].name, frame.decided_by,
-                                 frame.sigma_m, frame.sigma_rad * 180.0 / std::numbers::pi));
+                                 frame.sigma_m, heading));
   }
   std::string line = fmt::format("{} vehicles", summary.vehicles.size());
   if (fleet.groups.size() == 1) line += " in one frame";

@@ -171,6 +171,10 @@ TEST(ReportNumbers, show_which_measurements_fix_a_vehicle_in_the_first_frame) {
   const std::string page = page_of(folder);
   EXPECT_TRUE(has(page, "ranges and scans"));
   EXPECT_TRUE(has(page, "2.00\xC2\xB0")) << "heading in degrees";
+  const std::string known = R"("sigma_rad":0.0349066)";
+  metrics.replace(metrics.find(known), known.size(), R"("sigma_rad":22.4)");
+  folder.write("metrics.json", metrics);
+  EXPECT_FALSE(has(page_of(folder), "1283.43\xC2\xB0")) << "more turns than a circle has";
 }
 
 TEST(ReportNumbers, offer_colour_by_vehicle_only_for_a_fleet) {

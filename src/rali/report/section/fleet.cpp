@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "rali/base/heading.hpp"
 #include "rali/report/internal/html.hpp"
 #include "rali/report/section/section.hpp"
 
@@ -22,10 +23,10 @@ std::string placed_html(const RunData& run) {
     if (f.decided_by.empty() && f.waits_for.empty()) continue;
     const bool placed = !f.decided_by.empty();
     constexpr double kDegPerRad = 57.29577951308232;
+    const bool has_heading = placed && f.sigma_rad && heading_is_known(*f.sigma_rad);
     table.row({escaped(f.vehicle), placed ? escaped(f.decided_by) : "not placed",
                placed && f.sigma_m ? metres(f.sigma_m) : fixed(kUnknown, 0),
-               placed && f.sigma_rad ? fixed(*f.sigma_rad * kDegPerRad, 2) + "\xC2\xB0"
-                                     : fixed(kUnknown, 0),
+               has_heading ? fixed(*f.sigma_rad * kDegPerRad, 2) + "\xC2\xB0" : fixed(kUnknown, 0),
                escaped(f.waits_for)});
   }
   if (table.empty()) return {};
