@@ -19,15 +19,19 @@ namespace {
 /// Below this length a path has no direction, and its covariance growth is rounding error.
 constexpr double kMinPath_m = 0.05;
 constexpr double kMinSigma_m = 1e-3;
+/// About twice the sigma of a range.
+constexpr double kPieceGrowth_m = 0.25;
+constexpr int kPiecesMax = 24;
+constexpr double kMinOfMany_m = 0.01;  ///< 24 of them are less than half a range's sigma
 
 /// Axes times sigma of the growth of a covariance; decreases count as zero.
-std::vector<Vec3> growth_axes(const Mat3& before, const Mat3& after) {
+std::vector<Vec3> growth_axes(const Mat3& before, const Mat3& after, double min_sigma_m) {
   const Mat3 grown = after - before;
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(0.5 * (grown + grown.transpose()));
   std::vector<Vec3> out;
   for (int k = 0; k < 3; ++k) {
     const double sigma_m = std::sqrt(std::max(0.0, solver.eigenvalues()[k]));
-    if (sigma_m >= kMinSigma_m) out.emplace_back(sigma_m * solver.eigenvectors().col(k));
+    if (sigma_m >= min_sigma_m) out.emplace_back(sigma_m * solver.eigenvectors().col(k));
   }
   return out;
 }
@@ -49,11 +53,8 @@ DriftBasis::DriftBasis(std::vector<PathSample> path, const DriftSettings& settin
   }
   if (path_.size() < 2 || s_m_.back() <= kMinPath_m) return;
   size_ = (settings.scale > 0.0 ? 1 : 0) + (settings.tilt_deg > 0.0 ? 2 : 0);
-  for (int k = 0; k < settings.segments; ++k) {
-    pieces_.push_back(piece(k));
-    size_ += (pieces_.back().yaw_rad > 0.0 ? 1 : 0) +
-             static_cast<Eigen::Index>(pieces_.back().growth_m.size());
-  }
+  add_turns();
+  add_growth();
 }
 
 /// Position and reported covariance, interpolated between the neighbours.
@@ -78,15 +79,40 @@ double DriftBasis::distance_at(Time t) const {
   return s_m_[k - 1] + part * (s_m_[k] - s_m_[k - 1]);
 }
 
-DriftBasis::Piece DriftBasis::piece(int k) const {
-  Piece out;
-  out.length_m = s_m_.back() / settings_.segments;
-  out.start_m = out.length_m * k;
-  out.middle_m = at_distance(out.start_m + 0.5 * out.length_m).p_m;
-  out.yaw_rad = settings_.yaw_deg_per_sqrt_m * kDegree * std::sqrt(out.length_m);
-  out.growth_m = growth_axes(at_distance(out.start_m).covariance_m2,
-                             at_distance(out.start_m + out.length_m).covariance_m2);
-  return out;
+/// Within a piece the error is linear, and a random walk is not: it leaves the line by up to half
+/// of its growth there. Ranges would contradict the true frames by that, so where the growth is
+/// large the pieces are short.
+int DriftBasis::piece_count() const {
+  double largest_m2 = 0.0;
+  for (const PathSample& s : path_) largest_m2 = std::max(largest_m2, s.covariance_m2.trace());
+  const double grown_m2 = largest_m2 - path_.front().covariance_m2.trace();
+  const double count = grown_m2 / (kPieceGrowth_m * kPieceGrowth_m);
+  if (!(count > settings_.segments)) return settings_.segments;
+  return std::max(settings_.segments, static_cast<int>(std::min<double>(kPiecesMax, count)));
+}
+
+void DriftBasis::add_turns() {
+  const double length_m = s_m_.back() / settings_.segments;
+  turn_rad_ = settings_.yaw_deg_per_sqrt_m * kDegree * std::sqrt(length_m);
+  if (!(turn_rad_ > 0.0)) return;
+  for (int k = 0; k < settings_.segments; ++k) {
+    const double at_m = length_m * (k + 0.5);
+    turns_.push_back({at_m, at_distance(at_m).p_m});
+  }
+  size_ += settings_.segments;
+}
+
+void DriftBasis::add_growth() {
+  const int count = piece_count();
+  const double min_sigma_m = count > settings_.segments ? kMinOfMany_m : kMinSigma_m;
+  piece_m_ = s_m_.back() / count;
+  for (int k = 0; k < count; ++k) {
+    const double start_m = piece_m_ * k;
+    growth_.push_back(
+        {start_m, growth_axes(at_distance(start_m).covariance_m2,
+                              at_distance(start_m + piece_m_).covariance_m2, min_sigma_m)});
+    size_ += static_cast<Eigen::Index>(growth_.back().axes.size());
+  }
 }
 
 void DriftBasis::add_rigid(const Vec3& p_m, Eigen::Matrix4Xd& out, Eigen::Index& column) const {
@@ -104,16 +130,16 @@ Eigen::Matrix4Xd DriftBasis::at(Time t, const Vec3& p_m) const {
   const double s_m = distance_at(t);
   Eigen::Index column = 0;
   add_rigid(p_m, out, column);
-  for (const Piece& piece : pieces_) {
-    if (piece.yaw_rad > 0.0) {
-      if (s_m > piece.start_m + 0.5 * piece.length_m) {
-        out(0, column) = piece.yaw_rad;
-        out.col(column).tail<3>() = piece.yaw_rad * quarter_turn(p_m - piece.middle_m);
-      }
-      ++column;
+  for (const Turn& turn : turns_) {
+    if (s_m > turn.at_m) {
+      out(0, column) = turn_rad_;
+      out.col(column).tail<3>() = turn_rad_ * quarter_turn(p_m - turn.place_m);
     }
-    const double part = fraction(s_m, piece.start_m, piece.start_m + piece.length_m);
-    for (const Vec3& axis_m : piece.growth_m) out.col(column++).tail<3>() = part * axis_m;
+    ++column;
+  }
+  for (const Growth& growth : growth_) {
+    const double part = fraction(s_m, growth.start_m, growth.start_m + piece_m_);
+    for (const Vec3& axis_m : growth.axes) out.col(column++).tail<3>() = part * axis_m;
   }
   return out;
 }

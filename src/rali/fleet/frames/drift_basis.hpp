@@ -11,7 +11,7 @@
 namespace rali::fleet {
 
 /// Errors of a path as few independent parameters of unit variance: the scale, tilt about x and y,
-/// the heading of each segment of the path, and per segment the axes along which the reported
+/// the heading of each segment of the path, and per piece the axes along which the reported
 /// covariance grows. So odometry errors stay correlated along the path, which a sigma added to each
 /// measurement would not model (algorithms_fleet 7.4, step 3: C_odo). All vanish at the earliest
 /// sample, where the odom frame is defined.
@@ -28,15 +28,21 @@ class DriftBasis {
   [[nodiscard]] Eigen::Matrix4Xd at(Time t, const geometry::Vec3& p_m) const;
 
  private:
-  /// A segment of the path.
-  struct Piece {
-    double start_m = 0.0, length_m = 0.0;  ///< distances travelled
-    geometry::Vec3 middle_m = geometry::Vec3::Zero();
-    double yaw_rad = 0.0;                  ///< sigma of the turn in its middle
-    std::vector<geometry::Vec3> growth_m;  ///< axes times sigma
+  /// Of a segment of the path, in its middle.
+  struct Turn {
+    double at_m = 0.0;  ///< distance travelled
+    geometry::Vec3 place_m = geometry::Vec3::Zero();
   };
 
-  [[nodiscard]] Piece piece(int k) const;
+  /// Of the reported covariance over a piece of the path.
+  struct Growth {
+    double start_m = 0.0;              ///< distance travelled
+    std::vector<geometry::Vec3> axes;  ///< times sigma [m]
+  };
+
+  void add_turns();
+  void add_growth();
+  [[nodiscard]] int piece_count() const;
   [[nodiscard]] PathSample at_distance(double s_m) const;
   [[nodiscard]] double distance_at(Time t) const;
   void add_rigid(const geometry::Vec3& p_m, Eigen::Matrix4Xd& out, Eigen::Index& column) const;
@@ -44,7 +50,10 @@ class DriftBasis {
   std::vector<PathSample> path_;  ///< by time
   std::vector<double> s_m_;       ///< distance travelled at each sample
   DriftSettings settings_;
-  std::vector<Piece> pieces_;
+  std::vector<Turn> turns_;
+  double turn_rad_ = 0.0;  ///< sigma of each
+  std::vector<Growth> growth_;
+  double piece_m_ = 0.0;  ///< length of a piece
   Eigen::Index size_ = 0;
 };
 

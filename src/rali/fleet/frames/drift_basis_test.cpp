@@ -60,6 +60,16 @@ TEST(DriftBasis, reproduces_the_growth_of_a_reported_covariance) {
   EXPECT_NEAR((D[50] * D.back().transpose())(0, 0), 2.0, 1e-9);
 }
 
+// Half a metre in 2 m: six pieces of 3.3 m would leave 0.24 of the 0.4 m^2, and ranges would
+// contradict the true frames.
+TEST(DriftBasis, of_a_large_growth_bends_within_metres) {
+  DriftSettings settings;
+  settings.scale = settings.yaw_deg_per_sqrt_m = settings.tilt_deg = 0.0;
+  const auto D = drift_basis(straight(4.0), settings);
+  EXPECT_NEAR(covariance(D[55] - D[45])(0, 0), 0.4, 0.1);
+  EXPECT_EQ(drift_basis(straight(0.1), settings).front().cols(), settings.segments);
+}
+
 TEST(DriftBasis, has_no_columns_at_standstill_or_without_a_path) {
   EXPECT_TRUE(drift_basis({}, {}).empty());
   const std::vector<PathSample> stands(5);

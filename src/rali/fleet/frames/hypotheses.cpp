@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -18,6 +19,8 @@ namespace {
 constexpr std::size_t kHeadings = 8;
 /// A range that is almost vertical has no direction in the plane.
 constexpr double kMinFlat_m = 0.05;
+/// Few enough that the error of a path grows little from one stage to the next.
+constexpr std::size_t kRangesPerStage = 16;
 /// Minima closer than this are the same one, reached from two sides.
 constexpr double kSameMinimum_m = 0.02;
 
@@ -86,7 +89,10 @@ class Finder {
       const bool is_prior = group.alternatives.front().source == EvidenceSource::kPrior;
       if (only_prior && !is_prior) continue;
       for (std::size_t k = 0; k < group.alternatives.size(); ++k) {
-        if (const auto T = from_evidence(g, k)) add_start(*T, g, static_cast<int>(k));
+        const auto T = from_evidence(g, k);
+        if (!T) continue;
+        add_start(*T, g, static_cast<int>(k));
+        if (is_prior && !only_prior) follow_in_time(*T, g, static_cast<int>(k));
       }
     }
     for (const FrameStart& start : sift_starts(problem_, std::move(starts_), b_.keys.size())) {
@@ -157,12 +163,17 @@ class Finder {
     return std::nullopt;
   }
 
-  /// @param group fixed to its alternative `k`; others use the nearest, and none if k is none
-  void add_start(const YawPose& T_b_a, std::size_t group, int k) {
+  [[nodiscard]] FrameValues values_at(const YawPose& T_b_a) const {
     FrameValues values;
     values.T_ref_odom = b_.T_ref_odom;
     for (const YawPose& T : a_.T_ref_odom) values.T_ref_odom.push_back(T_b_a * T);
     values.others.setZero(problem_.size() - problem_.frame_size());
+    return values;
+  }
+
+  /// @param group fixed to its alternative `k`; others use the nearest, and none if k is none
+  void add_start(const YawPose& T_b_a, std::size_t group, int k) {
+    FrameValues values = values_at(T_b_a);
     std::vector<int> holds(problem_.evidence.size(), kNoneHolds);
     if (group != kNoGroup) {
       holds = near_alternatives(problem_, values);
@@ -171,6 +182,29 @@ class Finder {
       holds = best_alternatives(problem_, values, false);
     }
     starts_.push_back({std::move(values), std::move(holds)});
+  }
+
+  /// From a start pose on, with more and more of the ranges in order of time. In a column through a
+  /// tunnel the paths drift apart by more than the distance between the vehicles: with all ranges
+  /// at once the solution would have the vehicles pass each other.
+  void follow_in_time(const YawPose& T_b_a, std::size_t group, int k) {
+    std::vector<Time> times;
+    for (const RangeTerm& r : problem_.ranges) times.push_back(r.t);
+    std::sort(times.begin(), times.end());
+    std::vector<int> holds(problem_.evidence.size(), kNotAsked);
+    holds[group] = k;
+    FrameStart start{values_at(T_b_a), {}};
+    FrameProblem part = problem_;
+    for (std::size_t n = kRangesPerStage; n < times.size(); n += kRangesPerStage) {
+      part.ranges.clear();
+      std::copy_if(problem_.ranges.begin(), problem_.ranges.end(), std::back_inserter(part.ranges),
+                   [&](const RangeTerm& r) { return r.t < times[n]; });
+      const FrameSolution s = solve_frames(part, start.values, holds);
+      if (s.valid) start.values = s.values;
+    }
+    start.holds = near_alternatives(problem_, start.values);
+    start.holds[group] = k;
+    refine(start);
   }
 
   void refine(const FrameStart& start) {

@@ -320,6 +320,35 @@ TEST(Hypotheses, from_invalid_or_too_few_ranges_are_empty_or_undecided) {
   EXPECT_EQ(joint_hypotheses(track, {bad}, settings).all.size(), set.all.size());
 }
 
+// A column in a tunnel: by its odometry the rear vehicle overtakes the other, which ranges of 5 m
+// all along contradict. Fitted to all of them at once, with the errors of the paths as unknowns, it
+// jumps to the other side, and a right start pose counted as contradicted.
+TEST(Hypotheses, of_a_column_keep_the_start_pose_of_a_path_that_drifts_past_the_other) {
+  InitSettings settings;
+  settings.prior.xyz_m = 0.1;
+  settings.prior.yaw_deg = 1.5;
+  const YawPose truth{0.0, Vec3(-4.8, -1.2, 0.0)};
+  PairTrack track(kTag, kAnchor, settings.track);
+  for (int k = 0; k <= 100; ++k) {
+    const double part = 0.01 * k;
+    RangeObservation o;
+    o.t = Time::from_s(k);
+    o.x_a_m.x() = 0.8 * k + 16.0 * part * part;
+    o.y_b_m.x() = 0.8 * k;
+    o.x_covariance_m2(0, 0) = 100.0 * part * part;
+    o.range_m = truth.t_m.norm() + 0.05 * std::sin(k);
+    track.add(o);
+  }
+  const PoseEvidence prior = prior_evidence(kTag, kAnchor, truth, settings);
+  const HypothesisSet set = joint_hypotheses(track, {prior}, settings);
+  const Decision decision = decide(set, observability(set, settings), 10, settings);
+  EXPECT_TRUE(decision.ready);
+  EXPECT_EQ(decision.by, DecidedBy::kPrior);
+  ASSERT_LT(decision.chosen, set.all.size());
+  EXPECT_LT(set.all[decision.chosen].prior_chi2, settings.prior.wrong_chi2);
+  EXPECT_NEAR(set.all[decision.chosen].T_b_a.t_m.x(), -4.8, 0.5);
+}
+
 /// Two vehicles without ranges; scans give their relative pose, with the given alternatives.
 /// @param unrivalled each is a separate place, recognised without rival
 std::string by_scans(const std::vector<Vec3>& places_m, double along_sigma_m,
