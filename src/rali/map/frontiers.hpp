@@ -22,7 +22,8 @@ inline constexpr ChoiceNames<2> kFrontierCentreNames = {"mean", "medoid"};
 struct FrontierSettings {
   FrontierSize size = FrontierSize::kCells;
   FrontierCentre centre = FrontierCentre::kMedoid;
-  double length_min_m = 1.0;
+  /// Of cells that the centre of a vehicle reaches: the opening is wider by twice radius_m.
+  double length_min_m = 0.6;
   double radius_m = 0.3;         ///< obstacles are widened by this
   double merge_m = 2.0;          ///< a frontier nearer than this to an earlier one keeps its id
   double unknown_reach_m = 5.0;  ///< unknown space behind a frontier counts up to here

@@ -115,8 +115,19 @@ TEST(Mission, of_three_vehicles_ends_by_itself_when_the_last_room_is_mapped) {
   EXPECT_GT(distances.min_m, 0.7) << "vehicles are 0.6 m wide";
 }
 
-// Of 21 widths from 1.3 to 1.5 m, six (1.31 to 1.35, 1.4) end early: the cells break the frontier
-// across the corridor into pieces shorter than frontiers.length_min_m.
+// The centre of a vehicle reaches 0.7 m of them. With frontiers.length_min_m 1.0 six of 21 widths
+// from 1.3 to 1.5 m ended early.
+TEST(Mission, explores_passages_twice_as_wide_as_a_vehicle) {
+  for (const double width_m : {1.31, 1.34, 1.4}) {
+    const Simulation sim = narrow_corridor(width_m);
+    ExactFleet fleet(*sim, without_loops());
+    const auto mission = sim::run_closed_loop(*sim, fleet, limited(600.0));
+    ASSERT_TRUE(mission.has_value()) << mission.error().message();
+    EXPECT_TRUE(fleet.nodes().log().explored) << width_m;
+    EXPECT_TRUE(is_mapped(*sim, fleet.nodes(), Vec3(9.3, 11.0, 0.0))) << width_m;
+  }
+}
+
 TEST(Mission, continues_with_swapped_roles_if_a_tag_cannot_pass_its_anchor) {
   const Simulation sim = narrow_corridor(1.45);
   ExactFleet fleet(*sim, without_loops());
@@ -141,10 +152,10 @@ TEST(Mission, continues_with_swapped_roles_if_a_tag_cannot_pass_its_anchor) {
 
 // Without closing up, the anchor left behind had no path past the other vehicle to any frontier. It
 // stayed anchor, and the mission ended half-way.
-// Of 12 widths from 1.6 to 2.1 m, one (1.8 m) still ends so: there both vehicles stand in each
-// other's way to the last frontier.
+// At 1.8 and 1.85 m it ended around the corner: near by the estimates, the rear vehicle was at once
+// too far by a range that had come by way of the walls.
 TEST(Mission, the_rear_vehicle_closes_up_when_the_front_reaches_its_limit) {
-  for (const double width_m : {1.7, 1.75, 1.85}) {
+  for (const double width_m : {1.7, 1.8, 1.85}) {
     const Simulation sim = narrow_corridor(width_m);
     fleet::NodeSettings settings = short_of_hearing(8.0);
     settings.explore.range_m = 4.0;
@@ -160,8 +171,7 @@ TEST(Mission, the_rear_vehicle_closes_up_when_the_front_reaches_its_limit) {
 
 // If each anchor counts its own visits, the next one reopens what the previous one had given up.
 // Here that was behind all vehicles, and the mission ended with a visited frontier left open.
-// Of nine starts from -0.5 to 2 m, three (-0.5, -0.2, 0) still end early: the last vehicle with a
-// path to the frontier at the near end has ended its part by distance.
+// Of eleven starts from -0.5 to 2 m, one (1 m) still ends early.
 TEST(Mission, a_frontier_abandoned_by_one_anchor_is_not_reopened_by_the_next) {
   const Simulation sim = open_tunnel(0.5);
   ExactFleet fleet(*sim, short_of_hearing());

@@ -150,7 +150,8 @@ bool Node::was_near(const FinishInput& input) {
   const FinishSettings& finish = settings_.rounds.finish;
   const bool received_well =
       rssi_dbm_ == 0.0 || rssi_dbm_ >= finish.rssi_stop_dbm + finish.warn_rssi_db;
-  const bool close = !input.distance_m || *input.distance_m <= finish.warn_from_m();
+  const auto apart_m = finish_.apart_m(input);
+  const bool close = !apart_m || *apart_m <= finish.warn_from_m();
   // By then both radios have been received.
   const bool known = seconds_between(followed_, now_) >= settings_.roles.stand_s;
   was_near_ = was_near_ || (known && received_well && close);

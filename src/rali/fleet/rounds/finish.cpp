@@ -74,12 +74,16 @@ std::optional<double> FinishWatch::rssi_median_dbm() const {
   return *middle;
 }
 
-std::optional<double> FinishWatch::distance_m(const FinishInput& input) const {
-  if (input.comes_from_afar) return std::nullopt;
+std::optional<double> FinishWatch::apart_m(const FinishInput& input) const {
+  if (is_number(input.range_m)) return input.range_m;
   if (range_m_ && seconds_between(range_m_->first, input.t) < kRangeFresh_s) {
     return range_m_->second;
   }
   return is_number(input.distance_m) ? input.distance_m : std::nullopt;
+}
+
+std::optional<double> FinishWatch::distance_m(const FinishInput& input) const {
+  return input.comes_from_afar ? std::nullopt : apart_m(input);
 }
 
 FinishReason FinishWatch::latching(const FinishInput& input) {

@@ -57,6 +57,10 @@ class FinishWatch {
   /// Clears all latches and the measurements to the old anchor.
   void new_round(Time t);
 
+  /// Distance to the anchor: the newest range, or by the estimates if that is old. Around a corner
+  /// the range is longer, and so is the path of the radio.
+  [[nodiscard]] std::optional<double> apart_m(const FinishInput& input) const;
+
   /// Inputs older than the last are ignored. Values that are not numbers count as missing.
   FinishView step(const FinishInput& input);
 

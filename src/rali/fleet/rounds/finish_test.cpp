@@ -77,6 +77,24 @@ TEST(FinishWatch, ignores_weak_radio_and_long_ranges_while_approaching_from_afar
   EXPECT_EQ(watch.step(in).reason, FinishReason::kDistance);
 }
 
+// Two measures of it: near by the estimates, so that distance counts, and at once too far by a
+// range around a corner. The vehicle never came nearer, and the mission ended in mid-corridor.
+TEST(FinishWatch, distance_is_that_of_a_fresh_range) {
+  FinishWatch watch{FinishSettings{}};
+  FinishInput in = at(0.0);
+  in.distance_m = 40.0;
+  EXPECT_EQ(watch.apart_m(in), 40.0);
+  in.range_m = 62.0;
+  EXPECT_EQ(watch.apart_m(in), 62.0);
+  in.comes_from_afar = true;
+  EXPECT_EQ(watch.step(in).reason, FinishReason::kNone);
+  in = at(1.0);
+  in.distance_m = 40.0;
+  EXPECT_EQ(watch.apart_m(in), 62.0);
+  in.t = Time::from_s(2.5);
+  EXPECT_EQ(watch.apart_m(in), 40.0) << "an old range";
+}
+
 TEST(FinishWatch, reports_unreachable_if_frontiers_remain_without_a_path) {
   FinishWatch watch{FinishSettings{}};
   FinishInput in = at(0.0);
