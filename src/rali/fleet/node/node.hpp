@@ -112,6 +112,7 @@ class Node {
 
   // The anchor's map (node_anchor.cpp).
   void mapper_tick();
+  [[nodiscard]] double next_estimate_after_s();
   void add_new_facts();
   void report_map();
   void report_tables(double moved_m);
@@ -210,6 +211,7 @@ class Node {
   std::map<VehicleId, FinishReason> tags_;
   std::uint32_t revision_ = 0, goal_revision_ = 0;
   Time next_estimate_, next_look_, next_goals_;
+  double estimate_after_s_ = 0.0;  ///< from the next estimate to the one after it
   std::optional<Inventory> seal_;
   Time sealed_at_;
 

@@ -21,15 +21,23 @@ void Node::mapper_tick() {
   if (role_.mode == RoleMode::kSealed) return offer_choice();
   if (!may_publish(role_, now_) || done_) return;
   if (now_ >= next_estimate_ && !estimating_) {
-    const double age_s = seconds_between(begin_, now_);
-    next_estimate_ = now_ + Duration::from_s(std::max(settings_.estimate_s,
-                                                      settings_.estimate_fraction * age_s));
+    next_estimate_ = now_ + Duration::from_s(next_estimate_after_s());
     start_estimate(JobKind::kEstimate);
   }
   if (now_ >= next_look_ && !exploring_) {
     next_look_ = now_ + Duration::from_s(settings_.look_s);
     start_exploration(JobKind::kExplore);
   }
+}
+
+/// Twice as long each time, from a new anchor's first estimate on: over a bad radio that one is
+/// made of few facts, and a vehicle then drives by its start pose alone, which may be degrees off.
+double Node::next_estimate_after_s() {
+  const double age_s = seconds_between(begin_, now_);
+  const double longest_s = std::max(settings_.estimate_s, settings_.estimate_fraction * age_s);
+  const double after_s = std::min(estimate_after_s_, longest_s);
+  estimate_after_s_ = 2.0 * after_s;
+  return after_s;
 }
 
 void Node::report_tables(double moved_m) {

@@ -12,6 +12,9 @@ using geometry::Vec3;
 
 namespace {
 
+/// From an anchor's first estimate to its second.
+constexpr double kSecondEstimate_s = 2.0;
+
 /// Whether a frontier is left that is not near the goal of any vehicle.
 bool frontier_is_left(const GoalList& list, double taken_m) {
   const auto taken = [&](const Frontier& f) {
@@ -172,6 +175,7 @@ void Node::became_anchor(bool new_round) {
   if (frontiers_received_)
     exploration_->take_over(*std::exchange(frontiers_received_, std::nullopt));
   next_estimate_ = next_look_ = next_goals_ = now_;
+  estimate_after_s_ = kSecondEstimate_s;
 }
 
 /// A former anchor continues with its own map: the earlier rounds are already solved, cut and
