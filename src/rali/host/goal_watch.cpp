@@ -26,7 +26,7 @@ std::optional<fleet::DriveState> GoalWatch::state() const {
     case wire::GoalStatus::kSucceeded:
       return fleet::DriveState::kArrived;
     case wire::GoalStatus::kAborted:
-      return fleet::DriveState::kUnreachable;
+      return fleet::DriveState::kGivenUp;
     case wire::GoalStatus::kCanceled:
     case wire::GoalStatus::kUnknown:
       break;

@@ -40,9 +40,9 @@ TEST(GoalWatch, a_new_order_has_no_state_until_its_goal_is_reported) {
   watch.sent(2);
   EXPECT_FALSE(watch.state());
   watch.received(goal(2, 12.0, wire::GoalStatus::kAborted));
-  EXPECT_EQ(watch.state(), fleet::DriveState::kUnreachable);
+  EXPECT_EQ(watch.state(), fleet::DriveState::kGivenUp);
   watch.sent(2);
-  EXPECT_EQ(watch.state(), fleet::DriveState::kUnreachable) << "the same order again";
+  EXPECT_EQ(watch.state(), fleet::DriveState::kGivenUp) << "the same order again";
 }
 
 TEST(GoalWatch, uses_the_newest_of_several_goals) {

@@ -176,7 +176,8 @@ enum class DriveState : std::uint8_t {
   kDriving,
   kArrived,
   kUnreachable,  ///< given up: no path leads there
-  kBlocked       ///< given up: another vehicle blocks every path
+  kBlocked,      ///< given up: another vehicle blocks every path
+  kGivenUp       ///< given up; the driver does not say why
 };
 
 /// How the drive to a goal ended: arrived, unreachable or blocked.

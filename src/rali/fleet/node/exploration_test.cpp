@@ -148,6 +148,34 @@ TEST_F(ExplorationTest, the_last_search_of_a_round_ranks_anchors_without_assigni
   EXPECT_FALSE(exploration_.result().goals.frontiers.empty());
 }
 
+// Nav2 reports that it gave up, not that another vehicle was in the way. Taken for a path that does
+// not exist, the frontier behind the other was never tried again.
+TEST_F(ExplorationTest, a_drive_given_up_beside_another_vehicle_is_tried_again_in_the_next_round) {
+  for (const double place_m : {1.5, 5.0}) {
+    Exploration exploration{NodeSettings{}};
+    for (const FactPtr& fact : keyframe(kAnchor, 0, 0.0)) exploration.add(fact);
+    ExploreInput in = input();
+    in.fleet[1].place_map_m.x() = place_m;
+    in.fleet[1].at_rest = true;
+    const auto goals = [&] {
+      const auto job = exploration.make_job(in);
+      run(*job);
+      EXPECT_EQ(exploration.take_back(job.get(), true), JobOutcome::kTaken);
+      return exploration.result().goals.goals;
+    };
+    std::vector<Goal> assigned = goals();
+    ASSERT_FALSE(assigned.empty());
+    for (int k = 0; k < 2 && !assigned.empty(); ++k) {  // past the anchor, then straight
+      in.fleet[1].drive_end = DriveEnd{DriveState::kGivenUp, assigned.back().place_map_m};
+      assigned = goals();
+    }
+    EXPECT_TRUE(assigned.empty()) << place_m;
+    exploration.new_round();
+    in.fleet[1].drive_end.reset();
+    EXPECT_EQ(goals().empty(), place_m > 2.0) << place_m;
+  }
+}
+
 TEST_F(ExplorationTest, without_progress_reports_what_blocks_each_frontier) {
   ExploreInput last = input(JobKind::kNextAnchor);
   last.progress_since = Time::from_s(15.0);  // after the only keyframe

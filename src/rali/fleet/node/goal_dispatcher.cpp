@@ -112,16 +112,25 @@ void GoalDispatcher::settle(std::span<const PeerState> fleet, Time now) {
   std::erase_if(tasks_, [&](GoalTask& task) {
     const auto at = std::find_if(fleet.begin(), fleet.end(),
                                  [&](const PeerState& w) { return w.vehicle == task.vehicle; });
-    return at == fleet.end() || at->stands || settled(task, *at, now);
+    return at == fleet.end() || at->stands || settled(task, *at, stands_beside(*at, fleet), now);
   });
 }
 
-bool GoalDispatcher::settled(GoalTask& task, const PeerState& at, Time now) {
+/// Whether another vehicle may be what blocks the path of this one.
+bool GoalDispatcher::stands_beside(const PeerState& vehicle,
+                                   std::span<const PeerState> fleet) const {
+  return std::any_of(fleet.begin(), fleet.end(), [&](const PeerState& w) {
+    return w.vehicle != vehicle.vehicle && w.at_rest &&
+           (w.place_map_m - vehicle.place_map_m).norm() <= settings_.rounds.goals.around_m;
+  });
+}
+
+bool GoalDispatcher::settled(GoalTask& task, const PeerState& at, bool beside_another, Time now) {
   if (!at.at_rest) task.moved = now;
   const Vec2& goal = task.places_map_m.back();
   if (at.drive_end && (at.drive_end->goal_map_m.head<2>() - goal).norm() <= kSameGoal_m) {
     if (at.drive_end->state != DriveState::kArrived) {
-      gave_up(task, at.drive_end->state);
+      gave_up(task, at.drive_end->state, beside_another);
       return true;
     }
     // Its keyframe from there must arrive first.
@@ -148,17 +157,16 @@ void GoalDispatcher::arrived(const GoalTask& task) {
 
 /// A vehicle that blocks the path leaves in a later round; a path that does not exist never
 /// appears. An unreachable place beside the anchor gives no information on the frontier.
-void GoalDispatcher::gave_up(const GoalTask& task, DriveState state) {
-  if (state == DriveState::kUnreachable) {
-    if (task.places_map_m.size() > 1) {
-      not_past_.insert(task.vehicle);
-      return;
-    }
+void GoalDispatcher::gave_up(const GoalTask& task, DriveState state, bool beside_another) {
+  if (state != DriveState::kBlocked && task.places_map_m.size() > 1) {
+    not_past_.insert(task.vehicle);
+  } else if (state == DriveState::kUnreachable ||
+             (state == DriveState::kGivenUp && !beside_another)) {
     book_.found_no_path(task.vehicle, task.frontier_map_m);
-    return;
+  } else {
+    shut_off_.insert(task.vehicle);
+    missed_.emplace_back(task.vehicle, task.frontier_map_m);
   }
-  shut_off_.insert(task.vehicle);
-  missed_.emplace_back(task.vehicle, task.frontier_map_m);
 }
 
 std::vector<std::size_t> GoalDispatcher::open_frontiers() const {

@@ -103,9 +103,11 @@ class GoalDispatcher {
   [[nodiscard]] bool has_passed(VehicleId vehicle) const;
   void find(std::span<const PeerState> fleet);
   void settle(std::span<const PeerState> fleet, Time now);
-  [[nodiscard]] bool settled(GoalTask& task, const PeerState& at, Time now);
+  [[nodiscard]] bool stands_beside(const PeerState& vehicle,
+                                   std::span<const PeerState> fleet) const;
+  [[nodiscard]] bool settled(GoalTask& task, const PeerState& at, bool beside_another, Time now);
   void arrived(const GoalTask& task);
-  void gave_up(const GoalTask& task, DriveState state);
+  void gave_up(const GoalTask& task, DriveState state, bool beside_another);
   void send(const ExploreMap& explored, std::span<const PeerState> fleet,
             std::optional<std::size_t> anchor, Time now);
   [[nodiscard]] std::vector<std::size_t> open_frontiers() const;

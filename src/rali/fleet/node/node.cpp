@@ -126,7 +126,7 @@ void Node::on(const DriveStatus& event) {
 std::optional<DriveEnd> Node::drive_end() const {
   const bool ended = drive_.state == DriveState::kArrived ||
                      drive_.state == DriveState::kUnreachable ||
-                     drive_.state == DriveState::kBlocked;
+                     drive_.state == DriveState::kBlocked || drive_.state == DriveState::kGivenUp;
   if (!ended || drive_.number != order_.number || order_.places_map_m.empty()) return std::nullopt;
   return DriveEnd{drive_.state, order_.places_map_m.back()};
 }

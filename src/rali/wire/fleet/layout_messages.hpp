@@ -112,7 +112,7 @@ void layout_status(Body& body, Of& status) {
   });
   body.optional_section(2, status.drive_end.has_value(), [&](auto& a) {
     a.maybe(status.drive_end, [](auto& b, auto& end) {
-      b.choice(end.state, fleet::DriveState::kBlocked);
+      b.choice(end.state, fleet::DriveState::kGivenUp);
       b.float3(end.goal_map_m);
     });
   });
