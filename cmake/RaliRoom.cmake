@@ -9,7 +9,7 @@ include(RaliQuick)
 if(RALI_TESTS)
   find_package(GTest REQUIRED)
   include(GoogleTest)
-  if(CMAKE_BUILD_TYPE STREQUAL "Release" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  if(RALI_PCH AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     file(WRITE ${CMAKE_BINARY_DIR}/test_header.cpp "")
     add_library(rali_test_header STATIC ${CMAKE_BINARY_DIR}/test_header.cpp)
     target_compile_options(rali_test_header PRIVATE -O1)
@@ -22,10 +22,9 @@ if(RALI_TESTS)
 endif()
 
 # Most of a build's time is tests, and most of a test's time is gtest and the standard library: one
-# precompiled header for all of them, and light optimisation of what only tests run. Only in release
-# builds by gcc: everywhere else each file shows that it includes what it uses.
+# precompiled header for all of them (RALI_PCH, gcc), and light optimisation of what only tests run.
 function(rali_quick_test_build target)
-  if(NOT CMAKE_BUILD_TYPE STREQUAL "Release" OR NOT CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  if(NOT RALI_PCH OR NOT CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     return()
   endif()
   target_compile_options(${target} PRIVATE -O1)
@@ -36,6 +35,9 @@ endfunction()
 
 function(rali_room)
   cmake_parse_arguments(ROOM "HOT" "NAME" "DEPS;LIBS;APART" ${ARGN})
+  if(NOT CMAKE_BUILD_TYPE STREQUAL "Release")
+    set(ROOM_HOT FALSE)
+  endif()
   set(dir ${CMAKE_SOURCE_DIR}/src/rali/${ROOM_NAME})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${dir}/*.cpp)
   if(NOT RALI_PCH)  # only what includes the precompiled header uses them
@@ -61,7 +63,7 @@ function(rali_room)
   endforeach()
   target_link_libraries(rali_${ROOM_NAME} ${scope} ${ROOM_LIBS})
 
-  if(ROOM_HOT AND sources AND CMAKE_BUILD_TYPE STREQUAL "Release")
+  if(ROOM_HOT AND sources)
     target_compile_options(rali_${ROOM_NAME} PRIVATE ${RALI_HOT_OPTIONS})
   endif()
   if(sources)
