@@ -66,11 +66,15 @@ std::array<degeneracy::DirectionInfo, 6> clean(const Partners& partners, const M
   return directions;
 }
 
-/// An unknown offset along this direction is common to all residuals: it is marginalised.
-void leave_open(const std::optional<Vec3>& open, System& system) {
+/// Removes what the planes say about the motion along a direction that the caller knows to be open.
+/// In a bend that motion is a screw: with the translation alone removed, the noise of the planes
+/// would determine the yaw, and with it where in the bend the submap lies.
+void leave_open(const std::optional<Vec3>& open, const Mat3& R, System& system) {
   if (!open) return;
-  Vec6 u = Vec6::Zero();
-  u.tail<3>() = *open;
+  const Vec3 side = Vec3::UnitZ().cross(*open).normalized();
+  degeneracy::Axes axes;
+  axes << *open, side, open->cross(side);
+  const Vec6 u = degeneracy::least_motion(system.I, 0, R, axes);
   const Vec6 Iu = system.I * u;
   const double along = u.dot(Iu);
   if (along <= 0.0) return;
@@ -113,7 +117,7 @@ void pass(const Submap& target, const SE3& start, const AlignSettings& s,
   for (int k = 0; k < s.iterations; ++k) {
     partners.find(target, T, gate);
     System system = partners.accumulate(target, T);
-    leave_open(open, system);
+    leave_open(open, T.R, system);
     if (gate.fine) clean(partners, T.R, s.aware, system);
     const auto [angle, length] = step(system, start, P_inverse, T);
     const double fraction = gate.fine ? 1.0 : 20.0;  // the next pass refines it
@@ -169,7 +173,7 @@ Registration align(const Submap& target, const Submap& source, const SE3& start,
   const auto look = [&] {
     partners.find(target, T, {s.middle_m, 0.5 * s.middle_m, true});
     system = partners.accumulate(target, T);
-    leave_open(open, system);
+    leave_open(open, T.R, system);
     out.directions = clean(partners, T.R, s.aware, system);
   };
   look();

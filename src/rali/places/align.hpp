@@ -70,8 +70,8 @@ struct Registration {
 /// robust. A direction that no plane constrains keeps its start value and gets no information.
 /// Errors of planes are counted once per plane, errors common to a submap once (algorithms 2.4,
 /// 3.2; algorithms_fleet 8.2).
-/// @param open translation (unit, target frame) that the planes must not constrain; it keeps its
-/// start value, too
+/// @param open translation (unit, target frame) that the planes must not constrain, with the turn
+/// that goes with it in a bend; it keeps its start value, too
 [[nodiscard]] Registration align(const Submap& target, const Submap& source,
                                  const geometry::SE3& T_target_source_start,
                                  const AlignSettings& settings,

@@ -48,6 +48,26 @@ inline double range_m(const Pipe& pipe, const geometry::Vec3& p, const geometry:
   return a > 1e-12 ? (-b + std::sqrt(b * b - a * c)) / a : std::numeric_limits<double>::infinity();
 }
 
+/// A passage along an arc that leaves the origin along x and turns left, floor at z = 0.
+struct Bend {
+  double radius_m = 40.0, half_width_m = 2.5, height_m = 4.0;
+};
+
+inline double range_m(const Bend& bend, const geometry::Vec3& p, const geometry::Vec3& d) {
+  double nearest = (d.z() < 0.0 ? -p.z() : bend.height_m - p.z()) / d.z();
+  const double x = p.x(), y = p.y() - bend.radius_m;
+  const double a = d.x() * d.x() + d.y() * d.y();
+  const double b = x * d.x() + y * d.y();
+  for (const double side : {-1.0, 1.0}) {
+    const double wall_m = bend.radius_m + side * bend.half_width_m;
+    const double square = b * b - a * (x * x + y * y - wall_m * wall_m);
+    if (square < 0.0) continue;
+    const double t = (-b + side * std::sqrt(square)) / a;
+    if (t > 0.0) nearest = std::min(nearest, t);
+  }
+  return nearest;
+}
+
 /// Floor, ceiling and four walls around [low, high].
 inline void add_shell(World& w, const geometry::Vec3& low, const geometry::Vec3& high) {
   constexpr double t = 0.2;
