@@ -21,11 +21,6 @@ namespace {
 /// floor ahead.
 constexpr double kAbove_m = 0.5, kAhead_m = 3.0;
 
-/// Lasers with elevation errors tilt a map that grows scan by scan, by up to 0.01 degrees per metre
-/// at errors of 0.05 degrees (MapTilt), and no scan contradicts that. With 0.03, as MapTilt has it,
-/// the speed in a bend without ranges followed noise.
-constexpr double kBend_deg_rtm = 0.01;
-
 /// Variances far below any real uncertainty [m^2, rad^2].
 constexpr double kNothing = 1e-18;
 
@@ -158,8 +153,6 @@ Mat6 Drift::update(const SE3& T_odom_body, double mean_epoch, const Mat6& P_loca
   if (travelled || has_grown(B * D_.back() * B.transpose(), map_error_ + P_local)) {
     const double passed = std::max(1.0, epoch_ - mean_epoch);
     rotation_ += T_odom_body.R * added.topLeftCorner<3, 3>() * T_odom_body.R.transpose() / passed;
-    const double travelled_m = (T_odom_body.p - begun_odom_m_.back()).norm();
-    rotation_.diagonal().head<2>().array() += squared_rad(kBend_deg_rtm) * travelled_m / passed;
     start_epoch(T_odom_body, error);
     if (!turned.isZero(0.0)) turned_.push_back({D_.size() - 1, A * turned * A.transpose()});
     unmade_ = true;

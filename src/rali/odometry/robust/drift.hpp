@@ -123,8 +123,7 @@ class Drift {
   void add_everywhere(const geometry::SE3& T_odom_body, const geometry::Mat6& P);
 
   /// How far the map has turned since the last call: covariance of a rotation in odom [rad^2]. Each
-  /// generation is turned against those it was registered with, by the error of that registration,
-  /// and tilted by the errors of the lasers.
+  /// generation is turned against those it was registered with, by the error of that registration.
   [[nodiscard]] geometry::Mat3 take_rotation();
 
   /// A new map starts at a pose with covariance P (boxplus): a new generation.

@@ -1,7 +1,6 @@
 #include "rali/odometry/robust/drift.hpp"
 
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -61,24 +60,13 @@ TEST(Drift, turns_the_map_by_one_registration_per_generation_of_planes) {
   drift.update(at(0.0), 0.0, P, kFollows);
   EXPECT_TRUE(drift.take_rotation().isZero(0.0)) << "no new generation";
   drift.update(at(0.6), 0.0, P, kFollows);
-  EXPECT_NEAR(drift.take_rotation()(2, 2), 1e-6, 1e-15);
+  EXPECT_NEAR(drift.take_rotation()(1, 1), 1e-6, 1e-15);
   EXPECT_TRUE(drift.take_rotation().isZero(0.0)) << "taken";
   // A LiDAR that sees far ahead registers with planes of many generations ago.
   for (int k = 2; k <= 10; ++k) drift.update(at(0.6 * k), 0.0, P, kFollows);
   double sum = 1.0;  // the second generation
   for (int passed = 2; passed < 10; ++passed) sum += 1.0 / passed;
-  EXPECT_NEAR(drift.take_rotation()(2, 2), 1e-6 * sum, 1e-12);
-}
-
-TEST(Drift, lasers_with_elevation_errors_tilt_the_map_and_turn_no_heading) {
-  Drift drift{from_nothing()};
-  drift.update(at(0.0), 0.0, local(0.0, 0.0), kFollows);
-  drift.update(at(0.6), 0.0, local(0.0, 0.0), kFollows);
-  const geometry::Mat3 turned = drift.take_rotation();
-  const double per_m = std::pow(0.01 * std::numbers::pi / 180.0, 2);
-  EXPECT_NEAR(turned(0, 0), 0.6 * per_m, 1e-12);
-  EXPECT_NEAR(turned(1, 1), 0.6 * per_m, 1e-12);
-  EXPECT_EQ(turned(2, 2), 0.0) << "elevation is no azimuth";
+  EXPECT_NEAR(drift.take_rotation()(1, 1), 1e-6 * sum, 1e-12);
 }
 
 TEST(Drift, adds_one_registration_variance_per_generation_of_planes) {
