@@ -1,7 +1,8 @@
 # What makes a full build quick: several sources of a room in one compiler call (RALI_UNITY), and
 # precompiled headers (RALI_PCH). Neither changes a result: each file is compiled with the same
 # options. On where everything is built (presets release, asan, tsan, fuzz); off in dev and coverage,
-# where a file shows that it includes what it uses, and a changed one is compiled without its neighbours.
+# where a file shows that it includes what it uses, and a changed file is compiled without its
+# neighbours.
 option(RALI_UNITY "compile several sources of a room at once" OFF)
 option(RALI_PCH "precompiled headers of Eigen, fmt and the standard library" OFF)
 set(RALI_UNITY_FILES 8 CACHE STRING "most sources in one compiler call; fewer need less memory")

@@ -97,8 +97,8 @@ class TightBend : public testing::TestWithParam<const char*> {};
 
 // If a shift along the axis counts as measured there, ranges are refused, and the two are 3.6 and
 // 2.2 m off. Without ranges, the accelerometer alone leaves up to 4.8 and 8.0 m stated; with the
-// turn of the gyro at most 1.6 and 2.0 m. How far it is off then is chance: 0.26 to 1.04 m (rmse)
-// over seeds 1 to 5, and 0.11 or 0.26 m for one seed by the last bits of the processor.
+// turn of the gyro at most 1.6 m (round) and 2.0 m. How far it is off then is chance: 0.26 to 1.04
+// m (rmse, round) over seeds 1 to 5, and for seed 5 it differs between machines.
 TEST_P(TightBend, is_degenerate_and_ranges_or_the_turn_determine_the_position_along_it) {
   std::string scene = kBend;
   scene.replace(scene.find("SHAPE"), 5, GetParam());
