@@ -1,5 +1,5 @@
-// Two vehicles in passages without anything along them: round pipes, where nothing shows roll
-// either, and bends, where walls stand across the way.
+// Passages without anything along them: round pipes, where nothing shows roll either, bends, where
+// walls stand across the way, and a corridor seen by lasers with errors.
 
 #include <string>
 #include <vector>
@@ -16,10 +16,10 @@ namespace {
 /// A scene, its recording, and the maps made from it.
 class Passage {
  public:
-  explicit Passage(const std::string& scene) {
+  explicit Passage(const std::string& scene, const std::string& seed = "5") {
     folder_.write("scene.yaml", scene);
     const Outcome made = run_rali(
-        {"simulate", folder_.path("scene.yaml"), "-o", folder_.path("sim"), "--seed", "5", "-q"});
+        {"simulate", folder_.path("scene.yaml"), "-o", folder_.path("sim"), "--seed", seed, "-q"});
     EXPECT_EQ(made.code, kExitDone) << made.err;
   }
 
@@ -119,6 +119,33 @@ TEST_P(TightBend, is_degenerate_and_ranges_or_the_turn_determine_the_position_al
 INSTANTIATE_TEST_SUITE_P(Shapes, TightBend,
                          testing::Values("width_m: 4.85, round: true",
                                          "width_m: 6, wall_height_m: 1.5"));
+
+/// Two rooms, and 120 m of corridor between them; lasers as of a worn sensor.
+constexpr char kCorridor[] = R"(schema: 1
+floor_plan:
+  height_m: 2.6
+  areas:
+    - {rectangle: [0, 0, 14, 12]}
+    - {rectangle: [14, 4, 134, 6.2]}
+    - {rectangle: [134, 0, 146, 12]}
+  clutter: 12
+vehicles:
+  - {start: [3, 3], route: [[3, 3], [10, 9], [11, 5], [16, 5.1], [137, 5.1], [142, 8]]}
+motion: {speed_mps: 1.2, standstill_s: 5}
+ranging: {laser_elevation_deg: 0.1, laser_offset_m: 0.01}
+)";
+
+// Errors of the lasers tilt the map by half a degree over 30 m. Taken for a bias of the
+// accelerometer, that is 105 m of speed integrated along the corridor.
+TEST(LongCorridor, of_lasers_with_errors_is_off_by_no_more_than_stated) {
+  const Passage corridor(kCorridor, "4");
+  const nlohmann::json metrics = corridor.map("out", kExitDone);
+  const double sigma_m = metrics["vehicles"]["v1"]["sigma_max_m"].get<double>();
+  EXPECT_LT(sigma_m, 4.0);
+  const nlohmann::json judged = corridor.evaluate("out")["vehicles"]["v1"];
+  EXPECT_LT(judged["odometry"]["ape_m"]["max"].get<double>(), 1.5) << "in 140 m";
+  EXPECT_LT(judged["trajectory"]["ape_m"]["max"].get<double>(), 2.0 * sigma_m);
+}
 
 }  // namespace
 }  // namespace rali::cli

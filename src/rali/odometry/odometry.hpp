@@ -116,7 +116,8 @@ class Odometry {
   /// Call after the last scan: closes what is still open when the data end.
   virtual void finish(FindingList& /*findings*/) {}
 
-  /// Gravity in odom [m/s^2] and its covariance; (0,0,-9.81) with zero covariance without IMU.
+  /// Gravity in odom at the first pose [m/s^2] and its covariance; (0,0,-9.81) with zero covariance
+  /// without IMU.
   [[nodiscard]] virtual geometry::Vec3 gravity_odom() const = 0;
   [[nodiscard]] virtual geometry::Mat3 gravity_covariance() const = 0;
 

@@ -1,83 +1,56 @@
 #include "rali/odometry/robust/map_tilt.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 
 namespace rali::odometry {
 
-namespace {
+using geometry::Mat3;
+using geometry::Vec3;
 
-constexpr double kGravity_mps2 = 9.81;
-constexpr double kDegree = std::numbers::pi / 180.0;
-/// Ends of a window are velocities: shorter ones are mostly their noise.
-constexpr double kWindow_s = 2.0;
-/// Prior of gravity at the first pose: loose, since that pose need not be level.
-constexpr double kLevelSigma_mps2 = 0.5 * kGravity_mps2;
-/// How fast a map bends: 0.01 degrees per metre is followed within 20 m.
-constexpr double kWalk_deg_rtm = 0.03;
-
-}  // namespace
-
-MapTilt::MapTilt(double bias_sigma_mps2) {
-  x_.setZero();
-  P_.setZero();
-  P_.diagonal().head<2>().setConstant(kLevelSigma_mps2 * kLevelSigma_mps2);
-  P_.diagonal().segment<3>(2).setConstant(bias_sigma_mps2 * bias_sigma_mps2);
-  interrupt();
+void begin_tilt(FilterState& state, const TiltRate& rate) {
+  state.g_first_odom_mps2 = state.g_odom_mps2;
+  state.tilt_radpm = 0.0;
+  decorrelate(state, kFirstGravity, 3);
+  StateCov same = StateCov::Identity();
+  same.block<2, 2>(kFirstGravity, kGravity).setIdentity();
+  propagate_covariance(state, same);
+  state.P(kTiltRate, kTiltRate) = rate.sigma_radpm * rate.sigma_radpm;
 }
 
-void MapTilt::interrupt() {
-  sum_ = {};
-  sum_.R_odom_body.setZero();
-  speed_before_mps_ = -1.0;
+void tilt_with_map(FilterState& state, const Vec3& moved_odom_m, const TiltRate& rate) {
+  const Vec3 across_m = -state.g_odom_mps2.normalized().cross(moved_odom_m);
+  const double kept = std::exp(-across_m.norm() / rate.length_m);
+  StateCov F = StateCov::Identity();
+  F.block<3, 1>(kTheta, kTiltRate) = state.T_odom_body.R.transpose() * across_m;
+  F.block<3, 1>(kVel, kTiltRate) = across_m.cross(state.v);
+  F.block<2, 1>(kGravity, kTiltRate) = gravity_basis(state.g_odom_mps2).transpose() * across_m;
+  F(kTiltRate, kTiltRate) = kept;
+  propagate_covariance(state, F);
+  state.P(kTiltRate, kTiltRate) += (1.0 - kept * kept) * rate.sigma_radpm * rate.sigma_radpm;
+
+  const Mat3 turn = geometry::so3_exp(state.tilt_radpm * across_m);
+  state.T_odom_body.R = turn * state.T_odom_body.R;
+  state.v = turn * state.v;
+  state.g_odom_mps2 = turn * state.g_odom_mps2;
+  state.tilt_radpm *= kept;
 }
 
-void MapTilt::add(const TiltStep& step) {
-  const double walk_mps2 = kGravity_mps2 * kWalk_deg_rtm * kDegree;
-  P_.diagonal().tail<2>().array() += walk_mps2 * walk_mps2 * step.travelled_m;
-  if (speed_before_mps_ < 0.0) {  // its velocity starts a window
-    speed_before_mps_ = step.speed_sigma_mps;
-    return;
-  }
-  sum_.span_s += step.span_s;
-  sum_.R_odom_body += step.span_s * step.R_odom_body;
-  sum_.gravity_dv_mps += step.gravity_dv_mps;
-  sum_.speed_sigma_mps = step.speed_sigma_mps;
-  sum_.accel_noise_mps2_rthz = std::max(sum_.accel_noise_mps2_rthz, step.accel_noise_mps2_rthz);
-  if (sum_.span_s >= kWindow_s) measure();
-}
-
-void MapTilt::measure() {
-  const double span_s = sum_.span_s;
-  Eigen::Matrix<double, 2, kDim> H;
-  H.leftCols<2>().setIdentity();
-  H.middleCols<3>(2) = -sum_.R_odom_body.topRows<2>() / span_s;
-  H.rightCols<2>().setIdentity();
-  const double variance =
-      std::pow(sum_.accel_noise_mps2_rthz, 2) / span_s +
-      (std::pow(sum_.speed_sigma_mps, 2) + std::pow(speed_before_mps_, 2)) / (span_s * span_s);
-  const Eigen::Vector2d residual = sum_.gravity_dv_mps.head<2>() / span_s - H * x_;
-  const Eigen::Matrix<double, kDim, 2> PHt = P_ * H.transpose();
-  const Eigen::Matrix2d S = H * PHt + variance * Eigen::Matrix2d::Identity();
-  const Eigen::Matrix<double, kDim, 2> K = S.llt().solve(PHt.transpose()).transpose();
-  x_ += K * residual;
-  P_ -= K * PHt.transpose();
-  P_ = (0.5 * (P_ + P_.transpose())).eval();
-  const double speed_sigma = sum_.speed_sigma_mps;
-  interrupt();
-  speed_before_mps_ = speed_sigma;
-}
-
-Eigen::Vector2d MapTilt::tilt_rad() const {
-  const Eigen::Vector2d g = x_.tail<2>();
-  const Eigen::Matrix2d P = P_.bottomRightCorner<2, 2>();
-  const double chi2 = P.isZero(0.0) ? 0.0 : g.dot(P.llt().solve(g));
+Eigen::Vector2d map_tilt_rad(const FilterState& state) {
+  constexpr double kNumerical_rad = 1e-6;
+  const Vec3 turn =
+      geometry::so3_log(geometry::rotation_between(state.g_first_odom_mps2, state.g_odom_mps2));
+  const Eigen::Vector2d across = gravity_basis(state.g_odom_mps2).transpose() * turn;
+  Eigen::Matrix<double, 2, kStateDim> H = Eigen::Matrix<double, 2, kStateDim>::Zero();
+  H.block<2, 2>(0, kGravity).setIdentity();
+  H.block<2, 2>(0, kFirstGravity) = -Eigen::Matrix2d::Identity();
+  Eigen::Matrix2d P = H * state.P * H.transpose();
+  P.diagonal().array() += kNumerical_rad * kNumerical_rad;
+  const double chi2 = across.dot(P.llt().solve(across));
   if (!(chi2 > 2.0)) return Eigen::Vector2d::Zero();
-  // A tilt turns gravity: dg = phi x g.
-  return (1.0 - 2.0 / chi2) / kGravity_mps2 * Eigen::Vector2d(g.y(), -g.x());
+  return (1.0 - 2.0 / chi2) * turn.head<2>();
 }
 
 }  // namespace rali::odometry

@@ -247,7 +247,6 @@ UpdateResult RobustOdometry::resume(const LidarScan& scan, FindingList& findings
   const FilterState wide = anywhere_reached(scan.t_end);
   const double gap_s = seconds_between(last_posterior_.t, scan.t_end);
   motion_noise_.interrupt();
-  map_tilt_.interrupt();
   standstill_.reset();
   Finding f;
   f.id = "odometry.interrupted";

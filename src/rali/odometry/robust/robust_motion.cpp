@@ -81,22 +81,6 @@ void RobustOdometry::measure_noise(const UpdateResult& seen, const InertialInteg
   noise_boost_ = 1.0 + kForget * (noise_boost_ - 1.0);
 }
 
-/// Where the LiDAR observes the whole motion, the rest of the specific force is gravity.
-void RobustOdometry::measure_tilt(const UpdateResult& seen, const InertialIntegral& inertial) {
-  const bool all_known = seen.rotation_known.isIdentity(1e-6) && seen.known.isIdentity(1e-6);
-  if (!all_known) return map_tilt_.interrupt();
-  TiltStep step;
-  step.span_s = seconds_between(last_posterior_.t, state_.t);
-  step.travelled_m = (state_.T_odom_body.p - last_posterior_.T_odom_body.p).norm();
-  step.R_odom_body = state_.T_odom_body.R;
-  const Vec3 bias_odom = step.R_odom_body * last_posterior_.accel_bias_mps2;
-  step.gravity_dv_mps = state_.v - last_posterior_.v - inertial.dv_mps +
-                        step.span_s * (last_posterior_.g_odom_mps2 - bias_odom);
-  step.speed_sigma_mps = std::sqrt(state_.P.diagonal().segment<2>(kVel).maxCoeff());
-  step.accel_noise_mps2_rthz = process_noise().accel_mps2_rthz;
-  map_tilt_.add(step);
-}
-
 /// A map that grows scan by scan turns. In odom, which the newest planes define, the vehicle and
 /// gravity turn in common: no gyro notices, and the speed along a degenerate direction is the
 /// integral of gravity's error. A rotation that the scan does not observe, such as roll in a round

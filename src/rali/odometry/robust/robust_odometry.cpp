@@ -40,7 +40,6 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   if (follows) {
     measure_turn_speed(inertial);
     measure_noise(done, inertial);
-    measure_tilt(done, inertial);
   } else {
     turn_speed_.interrupt();
   }
@@ -93,10 +92,7 @@ void RobustOdometry::predict(Time t_end) {
   }
   poses_.back().T_odom_body = state_.T_odom_body;
   if (t_end <= state_.t) return;
-  if (inertial_ && !imu_.empty()) {
-    propagate_over(state_, imu_, t_end, process_noise(), poses_);
-    return;
-  }
+  if (inertial_ && !imu_.empty()) return predict_inertial(t_end);
   if (has_imu_ && !imu_.empty()) turn_with_gyro(t_end);
   ProcessNoise noise;
   noise.accel_walk = settings_.constant_velocity.accel_mps2_rthz;
@@ -107,6 +103,17 @@ void RobustOdometry::predict(Time t_end) {
   T_propagated_ = T_propagated_ * before.inverse() * state_.T_odom_body;
   state_.t = t_end;
   if (measured) stand_if_still();
+}
+
+void RobustOdometry::predict_inertial(Time t_end) {
+  const Vec3 before_m = state_.T_odom_body.p;
+  propagate_over(state_, imu_, t_end, process_noise(), poses_);
+  tilt_with_map(state_, state_.T_odom_body.p - before_m, tilt_rate());
+}
+
+TiltRate RobustOdometry::tilt_rate() const {
+  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+  return {kRadPerDeg * settings_.drift.tilt_sigma_degpm, settings_.drift.tilt_length_m};
 }
 
 /// Motion from the last scan to this one, by the estimate at that time and inertial data since;
@@ -228,7 +235,7 @@ std::optional<Level> RobustOdometry::level() const {
   H.block<2, 3>(0, kAccelBias) =
       -axes.transpose() * geometry::skew(g) * state_.T_odom_body.R / g.squaredNorm();
   H.block<2, 2>(0, kGravity).setIdentity();
-  return Level{axes, H * state_.P * H.transpose(), map_tilt_.tilt_rad()};
+  return Level{axes, H * state_.P * H.transpose(), map_tilt_rad(state_)};
 }
 
 /// The filter's covariance for this scan, once more the covariance of one registration (the filter

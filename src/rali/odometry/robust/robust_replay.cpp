@@ -10,11 +10,25 @@ using geometry::Vec3;
 using sensor::LidarScan;
 
 RobustOdometry::StartMemory RobustOdometry::start_memory() const {
-  return {state_,        last_posterior_,  map_,          drift_,
-          map_tilt_,     constraints_,     refusal_,      axes_,
-          lidar_known_,  degenerate_,      bend_,         seeing_scans_,
-          t_degenerate_, t_speed_bounded_, t_seen_,       fastest_seen_mps_,
-          usual_fit_,    noise_boost_,     scans_in_map_, sampler_};
+  return {state_,
+          last_posterior_,
+          map_,
+          drift_,
+          constraints_,
+          refusal_,
+          axes_,
+          lidar_known_,
+          degenerate_,
+          bend_,
+          seeing_scans_,
+          t_degenerate_,
+          t_speed_bounded_,
+          t_seen_,
+          fastest_seen_mps_,
+          usual_fit_,
+          noise_boost_,
+          scans_in_map_,
+          sampler_};
 }
 
 void RobustOdometry::take(const StartMemory& memory) {
@@ -22,7 +36,6 @@ void RobustOdometry::take(const StartMemory& memory) {
   last_posterior_ = memory.last_posterior;
   map_ = memory.map;
   drift_ = memory.drift;
-  map_tilt_ = memory.map_tilt;
   constraints_ = memory.constraints;
   refusal_ = memory.refusal;
   axes_ = memory.axes;
@@ -49,6 +62,7 @@ void RobustOdometry::level_start(const Vec3& g_odom_mps2, double span_s, FilterS
   decorrelate(begin, kAccelBias, 5);
   begin.P.diagonal().segment<3>(kAccelBias).setConstant(bias * bias);
   begin.P.diagonal().segment<2>(kGravity).setConstant(tilt * tilt);
+  begin_tilt(begin, tilt_rate());
 }
 
 /// Replays the first scans from the first pose on, at a given first speed.

@@ -207,6 +207,7 @@ void RobustOdometry::start_again_at_rest() {
   // set to the first one. Gravity was computed at the last of them: it is kept in the body frame.
   const Mat3 back = track_.front().T_odom_body.R * state_.T_odom_body.R.transpose();
   state_.g_odom_mps2 = back * state_.g_odom_mps2;
+  state_.g_first_odom_mps2 = state_.g_odom_mps2;
   state_.T_odom_body = track_.front().T_odom_body;
   decorrelate(state_, kTheta, 6);
   // Motion is detected late: a starting vehicle counts as at standstill until it has moved a
@@ -267,7 +268,7 @@ void RobustOdometry::start_inertial(const InitialGuess& guess) {
   state_.P.block<3, 3>(kVel, kVel) = guess.velocity_covariance;
   state_.P.diagonal().segment<3>(kGyroBias).setConstant(gyro_var);
   state_.P.block<5, 5>(kAccelBias, kAccelBias) = guess.bias_gravity_covariance;
-  map_tilt_ = MapTilt(settings_.initialisation.accel_bias_sigma_mps2);
+  begin_tilt(state_, tilt_rate());
   if (guess.at_rest) standstill_.learn(imu::statistics(imu_.between(track_.front().t, state_.t)));
 }
 

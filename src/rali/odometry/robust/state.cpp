@@ -29,8 +29,12 @@ void add_error(FilterState& state, const StateVec& delta) {
   state.v += delta.segment<3>(kVel);
   state.gyro_bias_radps += delta.segment<3>(kGyroBias);
   state.accel_bias_mps2 += delta.segment<3>(kAccelBias);
-  const Vec3 turn = gravity_basis(state.g_odom_mps2) * delta.segment<2>(kGravity);
-  state.g_odom_mps2 = so3_exp(turn) * state.g_odom_mps2;
+  const auto turn = [](Vec3& g, const Eigen::Vector2d& by) {
+    g = so3_exp(gravity_basis(g) * by) * g;
+  };
+  turn(state.g_odom_mps2, delta.segment<2>(kGravity));
+  turn(state.g_first_odom_mps2, delta.segment<2>(kFirstGravity));
+  state.tilt_radpm += delta[kTiltRate];
 }
 
 void propagate_covariance(FilterState& state, const StateCov& F) {
@@ -44,14 +48,24 @@ void decorrelate(FilterState& state, int first, int n) {
   state.P_augmented.middleRows(first, n).setZero();
 }
 
+namespace {
+
+/// From one estimate of gravity to another, in the tangent of the first.
+Eigen::Vector2d turn_between(const Vec3& from, const Vec3& to) {
+  return gravity_basis(from).transpose() * geometry::so3_log(geometry::rotation_between(from, to));
+}
+
+}  // namespace
+
 void carry_augmented_states(const FilterState& with, FilterState& state) {
   const Eigen::MatrixXd gain = geometry::regression(with.P_augmented.transpose(), with.P);
   StateVec shift;
   shift << geometry::so3_log(with.T_odom_body.R.transpose() * state.T_odom_body.R),
       state.T_odom_body.p - with.T_odom_body.p, state.v - with.v,
       state.gyro_bias_radps - with.gyro_bias_radps, state.accel_bias_mps2 - with.accel_bias_mps2,
-      gravity_basis(with.g_odom_mps2).transpose() *
-          geometry::so3_log(geometry::rotation_between(with.g_odom_mps2, state.g_odom_mps2));
+      turn_between(with.g_odom_mps2, state.g_odom_mps2),
+      turn_between(with.g_first_odom_mps2, state.g_first_odom_mps2),
+      state.tilt_radpm - with.tilt_radpm;
   state.augmented.mean = with.augmented.mean + gain * shift;
   state.augmented.covariance =
       with.augmented.covariance + gain * (state.P - with.P) * gain.transpose();

@@ -10,16 +10,19 @@ namespace rali::odometry {
 
 /// Error state of the filter, in this order. Rotation is perturbed on the right
 /// (R Exp(theta)), gravity on its sphere, the rest additively; p and v in odom.
+/// Gravity where the vehicle is and at its first pose differ by the tilt of the map (map_tilt.hpp).
 enum StateIndex : int {
   kTheta = 0,
   kPos = 3,
   kVel = 6,
   kGyroBias = 9,
   kAccelBias = 12,
-  kGravity = 15
+  kGravity = 15,
+  kFirstGravity = 17,
+  kTiltRate = 19
 };
 
-inline constexpr int kStateDim = 17;
+inline constexpr int kStateDim = 20;
 using StateVec = Eigen::Matrix<double, kStateDim, 1>;
 using StateCov = Eigen::Matrix<double, kStateDim, kStateDim>;
 /// Covariance of the state with the augmented states.
@@ -37,7 +40,9 @@ struct FilterState {
   geometry::Vec3 v = geometry::Vec3::Zero();
   geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();
   geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();
-  geometry::Vec3 g_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);
+  geometry::Vec3 g_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);        ///< where the vehicle is
+  geometry::Vec3 g_first_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);  ///< at the first pose
+  double tilt_radpm = 0.0;  ///< turn of gravity in odom for each metre driven
   StateCov P = StateCov::Zero();
   AugmentedStates augmented;
   AugmentedCross P_augmented = AugmentedCross::Zero(kStateDim, 0);

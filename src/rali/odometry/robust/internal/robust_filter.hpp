@@ -48,7 +48,6 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
         keyframer_(settings.robust.keyframe),
         drift_(settings.robust.drift, has_imu),
         track_drift_(drift_),
-        map_tilt_(settings.robust.initialisation.accel_bias_sigma_mps2),
         standstill_(settings.robust.constraints, settings.robust.initialisation.rest),
         constraints_(settings.robust.constraints),
         motion_noise_(driving_noise(settings.imu_noise), settings.robust.motion_noise) {}
@@ -62,12 +61,12 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
 
   void finish(FindingList& findings) override;
 
-  [[nodiscard]] geometry::Vec3 gravity_odom() const override { return state_.g_odom_mps2; }
+  [[nodiscard]] geometry::Vec3 gravity_odom() const override { return state_.g_first_odom_mps2; }
 
   [[nodiscard]] geometry::Mat3 gravity_covariance() const override {
     const Eigen::Matrix<double, 3, 2> J =
-        -geometry::skew(state_.g_odom_mps2) * gravity_basis(state_.g_odom_mps2);
-    return J * state_.P.block<2, 2>(kGravity, kGravity) * J.transpose();
+        -geometry::skew(state_.g_first_odom_mps2) * gravity_basis(state_.g_first_odom_mps2);
+    return J * state_.P.block<2, 2>(kFirstGravity, kFirstGravity) * J.transpose();
   }
 
   [[nodiscard]] std::uint64_t state_hash() const override;
@@ -110,6 +109,8 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   ScanResult start(const sensor::LidarScan& scan);
   void deskew_first(const sensor::LidarScan& second);
   void predict(Time t_end);
+  void predict_inertial(Time t_end);
+  [[nodiscard]] TiltRate tilt_rate() const;
   // Replay of a start in motion: robust_replay.cpp, robust_first_speed.cpp.
   void replay_start(const InitialGuess& guess, FindingList& findings);
   void insert_at_constant_speed(const sensor::LidarScan& scan,
@@ -193,7 +194,6 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   [[nodiscard]] ProcessNoise process_noise() const;
   [[nodiscard]] ProcessNoise rest_noise() const;
   void measure_noise(const UpdateResult& seen, const InertialIntegral& inertial);
-  void measure_tilt(const UpdateResult& seen, const InertialIntegral& inertial);
   [[nodiscard]] FilterState with_step(const FilterState& predicted, double size,
                                       const geometry::Mat3& where) const;
   void look_again(const FilterState& predicted, UpdateResult& done);
@@ -250,7 +250,6 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   Keyframer keyframer_;
   Drift drift_;
   Drift track_drift_;  ///< when the track began
-  MapTilt map_tilt_;
   StandstillDetector standstill_;
   VehicleConstraints constraints_;
   imu::MotionNoise motion_noise_;

@@ -9,7 +9,6 @@ struct RobustOdometry::StartMemory {
   FilterState state, last_posterior;
   PlaneMap map;
   Drift drift;
-  MapTilt map_tilt;
   VehicleConstraints constraints;
   std::optional<Refusal> refusal;
   degeneracy::Axes axes;
