@@ -55,4 +55,29 @@ void RobustOdometry::measure_turn_speed(const InertialIntegral& inertial) {
   apply(m, measured->variance_rad2);
 }
 
+/// At standstill the gyro measures its own bias. The one in the state has followed the speed
+/// through the bend (Bend): it is off by as much as that was, or as the bias known before says.
+void RobustOdometry::doubt_bias_in_bend() {
+  const auto axis = degenerate_axis();
+  if (!axis || !bend_.active()) return;
+  const Vec3 up_body = -(state_.T_odom_body.R.transpose() * state_.g_odom_mps2).normalized();
+  const double speed_m2ps2 = axis->dot(state_.P.block<3, 3>(kVel, kVel) * *axis);
+  const double bend_radpm =
+      std::max(std::abs(bend_.here_radpm()), std::abs(bend_.gathered_radpm()));
+  const auto& known = turn_speed_.bias_radps();
+  const double off_radps = known ? up_body.dot(*known - state_.gyro_bias_radps) : 0.0;
+  state_.P.block<3, 3>(kGyroBias, kGyroBias) +=
+      (bend_radpm * bend_radpm * speed_m2ps2 + off_radps * off_radps) * up_body *
+      up_body.transpose();
+}
+
+/// The bias that a standstill in a degenerate bend has shown, if it is better known than before.
+void RobustOdometry::know_bias_at_standstill() {
+  const Vec3 up_body = -(state_.T_odom_body.R.transpose() * state_.g_odom_mps2).normalized();
+  const double variance = up_body.dot(state_.P.block<3, 3>(kGyroBias, kGyroBias) * up_body);
+  const bool worse =
+      bend_.active() && turn_speed_.bias_radps() && variance > turn_speed_.bias_variance(up_body);
+  return worse ? turn_speed_.interrupt() : know_gyro_bias();
+}
+
 }  // namespace rali::odometry::internal

@@ -212,7 +212,7 @@ void RobustOdometry::end_zero_velocity(const FilterState& before) {
   const FilterState held = state_;
   state_ = standstill_states_.empty() ? before : standstill_states_.front();
   carry_augmented_states(held, state_);
-  know_gyro_bias();
+  know_bias_at_standstill();
   standstill_states_.clear();
   last_posterior_ = state_;
   moved_scans_ = 0;
@@ -228,6 +228,7 @@ void RobustOdometry::start_zero_velocity(FindingList& findings) {
   at_standstill_ = true;
   motion_noise_.interrupt();
   acceleration_.reset();
+  doubt_bias_in_bend();
   if (!standstill_.certain()) return;
   if (state_.v.norm() > kFast_mps) {
     Finding f;

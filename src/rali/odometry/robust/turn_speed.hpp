@@ -37,6 +37,11 @@ class TurnSpeed {
   void know(const geometry::Vec3& bias_radps, const geometry::Mat3& covariance);
 
   /// Of the last know().
+  [[nodiscard]] double bias_variance(const geometry::Vec3& up_body) const {
+    return up_body.dot(bias_covariance_ * up_body);
+  }
+
+  /// Of the last know().
   [[nodiscard]] const std::optional<geometry::Vec3>& bias_radps() const { return bias_radps_; }
 
   /// @param up_body unit @return a measurement each time that the vehicle has driven some metres

@@ -130,6 +130,8 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   // The bend of a degenerate stretch: robust_bend.cpp.
   void follow_bend(const UpdateResult& done);
   void know_gyro_bias();
+  void know_bias_at_standstill();
+  void doubt_bias_in_bend();
   void measure_turn_speed(const InertialIntegral& inertial);
   void look_around(const FilterState& predicted, UpdateResult& done);
   // Checks of a scan without inertial data: robust_alone.cpp.
