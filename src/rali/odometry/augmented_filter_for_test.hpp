@@ -22,6 +22,7 @@ struct DenseAugmentedFilter final : AugmentedFilter {
   Eigen::MatrixXd P = Eigen::MatrixXd::Zero(kOwn, kOwn);
   std::optional<geometry::Vec3> axis;
   int surfaces = 0;               ///< between any two points
+  std::vector<double> walls_x_m;  ///< and walls across x
   std::vector<double> walls_y_m;  ///< and walls along x
   bool found_itself = true;
   double late_max_s = 0.1;
@@ -140,8 +141,11 @@ struct DenseAugmentedFilter final : AugmentedFilter {
 
   [[nodiscard]] int surfaces_between(const geometry::Vec3& p,
                                      const geometry::Vec3& q) const override {
-    const auto between = [&](double y_m) { return (p.y() - y_m) * (q.y() - y_m) < 0.0; };
-    return surfaces + static_cast<int>(std::count_if(walls_y_m.begin(), walls_y_m.end(), between));
+    const auto count = [&](const std::vector<double>& walls_m, int k) {
+      return std::count_if(walls_m.begin(), walls_m.end(),
+                           [&](double wall_m) { return (p[k] - wall_m) * (q[k] - wall_m) < 0.0; });
+    };
+    return surfaces + static_cast<int>(count(walls_x_m, 0) + count(walls_y_m, 1));
   }
 
   [[nodiscard]] geometry::Mat3 position_covariance() const override { return P.block<3, 3>(3, 3); }

@@ -5,6 +5,7 @@
 
 #include "rali/ranging/path_fit.hpp"
 #include "rali/ranging/range_model.hpp"
+#include "rali/ranging/seen_space.hpp"
 #include "rali/ranging/signal_quality.hpp"
 
 namespace rali::vehicle {
@@ -136,6 +137,7 @@ void RangeStage::use(const RangeSample& sample, AugmentedFilter& filter, RangeEf
   use.p_los = signal.p_los;
   const std::optional<Moment> now = filter.advance_to(sample.t);
   posed_ = posed_ || now.has_value();
+  if (now) remember_place(now->T_odom_body.p);
   const bool stands = peers_.at(std::get<1>(key)).stands_at(sample.t, r.status_valid_s);
   std::optional<Prediction> prediction;
   if (now && stands) prediction = predict_known(*now, key, pair, sample, sigma_m, filter);
@@ -188,6 +190,11 @@ void RangeStage::judge(Pair& pair, const RangeSample& sample, Prediction& predic
   use.bias_m = prediction.bias_m;
   use.sigma_m = std::sqrt(S);
   if (is_excess(pair, sample, prediction, sigma_m, std::sqrt(H_P_H), filter)) {
+    use.reason = RangeReason::kNlos;
+    return;
+  }
+  // Behind an obstacle a range is longer by any length: it only says how far the other is at most.
+  if (pair.blocked && m.residual > 0.0) {
     use.reason = RangeReason::kNlos;
     return;
   }
@@ -256,10 +263,31 @@ bool RangeStage::blocked(Pair& pair, Time t, const Prediction& prediction,
   const Vec3 spread = 2.0 * P.diagonal().cwiseMax(0.0).cwiseSqrt();
   for (const double side : {0.0, -1.0, 1.0}) {
     const Vec3 from = p + end + side * spread;
-    if (filter.surfaces_between(from, q - end) < s.surfaces) return false;
+    if (filter.surfaces_between(from, q - end) < s.surfaces) {
+      pair.blocked = leaves_seen_space(p + end, q - end, filter);
+      return pair.blocked;
+    }
   }
   pair.blocked = true;
   return true;
+}
+
+/// Whether the line leaves the space seen from the own path.
+bool RangeStage::leaves_seen_space(const Vec3& p_odom_m, const Vec3& q_odom_m,
+                                   const AugmentedFilter& filter) const {
+  const auto between = [&](const Vec3& a, const Vec3& b) { return filter.surfaces_between(a, b); };
+  return ranging::leaves_seen_space(p_odom_m, q_odom_m, [&](const Vec3& x_m) {
+    return ranging::is_outside(x_m, been_odom_m_, between);
+  });
+}
+
+/// Remembers where the vehicle has been.
+void RangeStage::remember_place(const Vec3& p_odom_m) {
+  constexpr double kSpacing_m = 3.0;
+  constexpr std::size_t kPlacesMax = 200;
+  if (!been_odom_m_.empty() && (been_odom_m_.back() - p_odom_m).norm() < kSpacing_m) return;
+  if (been_odom_m_.size() == kPlacesMax) been_odom_m_.erase(been_odom_m_.begin());
+  been_odom_m_.push_back(p_odom_m);
 }
 
 }  // namespace rali::vehicle

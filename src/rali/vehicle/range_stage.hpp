@@ -235,6 +235,10 @@ class RangeStage {
                                odometry::AugmentedFilter& filter) const;
   [[nodiscard]] bool blocked(Pair& pair, Time t, const Prediction& prediction,
                              const odometry::AugmentedFilter& filter) const;
+  [[nodiscard]] bool leaves_seen_space(const geometry::Vec3& p_odom_m,
+                                       const geometry::Vec3& q_odom_m,
+                                       const odometry::AugmentedFilter& filter) const;
+  void remember_place(const geometry::Vec3& p_odom_m);
 
   VehicleId self_;
   VehicleSettings settings_;
@@ -247,6 +251,7 @@ class RangeStage {
   Time t_tau_;
   std::deque<sensor::RangeSample> waiting_;
   geometry::Vec3 up_odom_ = geometry::Vec3::UnitZ();
+  std::vector<geometry::Vec3> been_odom_m_;  ///< where the vehicle has been, oldest first
   std::optional<geometry::SE3> first_pose_;
   std::vector<fleet::RangeEntry> entries_;
 };

@@ -147,18 +147,23 @@ TEST(RangeStage, distinguishes_a_range_jump_from_a_gated_innovation) {
   EXPECT_EQ(misses.effect.shift_m, 0.0);
 }
 
-TEST(RangeStage, down_weights_ranges_through_mapped_walls_and_marks_misses_as_nlos) {
+// Behind a wall the signal took a longer way, by any length: at the predicted distance of 10 m a
+// range of 10.1 m says nothing, one of 9.95 m says that the other is not as far.
+TEST(RangeStage, takes_ranges_through_mapped_walls_as_upper_bounds_only) {
   Staged s;
   s.filter.surfaces = 2;
-  const RangeUse use = s.one(0.0, 10.02);
-  EXPECT_EQ(use.reason, RangeReason::kUsed);
+  const RangeUse use = s.one(0.0, 9.95);
+  ASSERT_EQ(use.reason, RangeReason::kUsed) << use.residual_m;
   EXPECT_LE(use.p_los, 0.1);
   EXPECT_GT(s.filter.applied_R[0], 25.0 * 0.0101 - 1e-9);
-  Staged miss;
-  miss.filter.surfaces = 2;
-  EXPECT_EQ(miss.one(0.0, 12.5).reason, RangeReason::kNlos);
+  for (const double longer_m : {10.1, 12.5}) {
+    Staged longer;
+    longer.filter.surfaces = 2;
+    EXPECT_EQ(longer.one(0.0, longer_m).reason, RangeReason::kNlos) << longer_m;
+    EXPECT_TRUE(longer.filter.applied.empty());
+  }
   Staged one_wall;
-  one_wall.filter.surfaces = 1;  // the one the antenna hangs on
+  one_wall.filter.walls_x_m = {9.3};  // the one the antenna hangs on
   static_cast<void>(one_wall.one(0.0, 10.02));
   EXPECT_LT(one_wall.filter.applied_R[0], 0.011);
 }

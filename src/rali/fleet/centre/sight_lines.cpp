@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "rali/ranging/range_model.hpp"
+#include "rali/ranging/seen_space.hpp"
 
 namespace rali::fleet {
 
@@ -15,10 +16,11 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double kCell_m = 1.6;    ///< of planes: about the largest
-constexpr double kPoint_m = 0.15;  ///< cube that holds a point, or has a neighbour that does
-constexpr double kGraze = 0.25;    ///< sine of the least angle between line and face
-constexpr double kApart_m = 0.4;   ///< faces seen from one side nearer than this are one
+constexpr double kCell_m = 1.6;     ///< of planes: about the largest
+constexpr double kPoint_m = 0.15;   ///< cube that holds a point, or has a neighbour that does
+constexpr double kGraze = 0.25;     ///< sine of the least angle between line and face
+constexpr double kLattice_m = 0.5;  ///< of the points on lines that are tested once
+constexpr double kApart_m = 0.4;    ///< faces seen from one side nearer than this are one
 
 /// A face on the line.
 struct Crossing {
@@ -41,11 +43,23 @@ SightLines::SightLines(std::span<const PathSubmap> pieces, const PathFrames& fra
       middles.push_back(plane.q_m);
       planes_.push_back(plane);
     }
+    places_m_.push_back(T_map_ref.p);
     for (const geometry::Vec3f& p : piece.submap.points_m()) {
       (void)points_.insert(map::voxel_key(T_map_ref * p.cast<double>(), kPoint_m));
     }
   }
   index_.build(middles, kCell_m);
+}
+
+bool SightLines::leaves(const Vec3& p_map_m, const Vec3& q_map_m) {
+  const auto between = [this](const Vec3& p_m, const Vec3& q_m) { return surfaces(p_m, q_m); };
+  return ranging::leaves_seen_space(p_map_m, q_map_m, [&](const Vec3& x_m) {
+    const map::VoxelKey key = map::voxel_key(x_m, kLattice_m);
+    const auto known = outside_.find(key);
+    if (known != outside_.end()) return known->second;
+    const Vec3 middle_m = map::voxel_corner(key, kLattice_m) + Vec3::Constant(0.5 * kLattice_m);
+    return outside_.emplace(key, ranging::is_outside(middle_m, places_m_, between)).first->second;
+  });
 }
 
 bool SightLines::filled(const Vec3& p_map_m) const {
@@ -91,7 +105,8 @@ int SightLines::surfaces(const Vec3& p_map_m, const Vec3& q_map_m) const {
 }
 
 void suspect_through_walls(std::span<const PathSubmap> pieces, const PathFrames& frames,
-                           const ranging::RangingSettings& settings, JointRanges& joint) {
+                           const ranging::RangingSettings& settings, bool around_bends,
+                           JointRanges& joint) {
   /// The line tested last, by pair.
   struct Asked {
     Time t;
@@ -116,9 +131,11 @@ void suspect_through_walls(std::span<const PathSubmap> pieces, const PathFrames&
     const bool fresh = !is_new && (r.t - asked.t).s() < s.valid_s &&
                        (p_m - asked.p_m).norm() < s.valid_m && (q_m - asked.q_m).norm() < s.valid_m;
     if (!fresh) {
-      const auto lines = lines_of_sight.try_emplace(group, pieces, frames, group).first;
+      SightLines& lines = lines_of_sight.try_emplace(group, pieces, frames, group).first->second;
       const Vec3 end = s.end_m / length_m * (q_m - p_m);
-      asked = {r.t, p_m, q_m, lines->second.surfaces(p_m + end, q_m - end) >= s.surfaces};
+      const bool blocked = lines.surfaces(p_m + end, q_m - end) >= s.surfaces ||
+                           (around_bends && lines.leaves(p_m + end, q_m - end));
+      asked = {r.t, p_m, q_m, blocked};
     }
     r.blocked = asked.blocked;
     if (!r.blocked) continue;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <span>
 #include <vector>
 
@@ -23,18 +24,26 @@ class SightLines {
   /// Faces at a grazing angle do not: a map error of centimetres would put them on the line.
   [[nodiscard]] int surfaces(const geometry::Vec3& p_map_m, const geometry::Vec3& q_map_m) const;
 
+  /// ranging::leaves_seen_space() for the places of all vehicles.
+  [[nodiscard]] bool leaves(const geometry::Vec3& p_map_m, const geometry::Vec3& q_map_m);
+
  private:
   [[nodiscard]] bool filled(const geometry::Vec3& p_map_m) const;
 
-  std::vector<places::Plane> planes_;  ///< in the map
-  places::GridIndex index_;            ///< of their middles
-  map::VoxelIndex points_;             ///< a plane counts only where points are: doors
+  std::vector<places::Plane> planes_;      ///< in the map
+  places::GridIndex index_;                ///< of their middles
+  map::VoxelIndex points_;                 ///< a plane counts only where points are: doors
+  std::vector<geometry::Vec3> places_m_;   ///< where the vehicles have been
+  std::map<map::VoxelKey, bool> outside_;  ///< known results of ranging::is_outside()
 };
 
-/// Ranges through walls are too long by decimetres, and no other range of the pair contradicts
-/// them. They get the sigma of a blocked path (`sight.sigma_factor`), unless an end has reported
-/// one as large.
+/// Ranges through walls or around a bend are too long by decimetres or metres, and no other range
+/// of the pair contradicts them. They get the sigma of a blocked path (`sight.sigma_factor`),
+/// unless an end has reported one as large.
+/// @param around_bends also those whose line leaves the space seen. Not while frames are only
+/// supposed: in a wrong frame lines end anywhere, and ranges could no longer contradict it.
 void suspect_through_walls(std::span<const PathSubmap> pieces, const PathFrames& frames,
-                           const ranging::RangingSettings& settings, JointRanges& joint);
+                           const ranging::RangingSettings& settings, bool around_bends,
+                           JointRanges& joint);
 
 }  // namespace rali::fleet

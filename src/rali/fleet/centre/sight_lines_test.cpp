@@ -75,6 +75,13 @@ TEST_F(SightLinesTest, counts_no_surface_through_an_open_door) {
   EXPECT_EQ(surfaces({4.0, 5.0, 0.8}, {8.0, 5.0, 0.8}), 0);
 }
 
+TEST_F(SightLinesTest, is_left_by_a_line_that_goes_on_behind_an_outer_wall) {
+  SightLines lines(pieces_, frames_, 0);
+  EXPECT_TRUE(lines.leaves({3.0, 3.0, 0.8}, {3.0, -9.0, 0.8}));
+  EXPECT_FALSE(lines.leaves({1.0, 1.0, 0.8}, {5.0, 5.0, 0.8}));
+  EXPECT_FALSE(lines.leaves({4.0, 5.0, 0.8}, {8.0, 5.0, 0.8})) << "through the door";
+}
+
 TEST_F(SightLinesTest, ignores_scans_of_a_vehicle_in_another_frame_group) {
   frames_.group[1] = 1;
   EXPECT_EQ(surfaces({4.0, 2.0, 0.8}, {8.0, 2.5, 0.8}), 1);
@@ -83,12 +90,12 @@ TEST_F(SightLinesTest, ignores_scans_of_a_vehicle_in_another_frame_group) {
 TEST_F(SightLinesTest, multiplies_the_sigma_of_a_range_through_a_wall_by_five) {
   const ranging::RangingSettings settings;
   JointRanges through = range(1.0, {4.0, 2.0, 0.8}, {8.0, 2.5, 0.8});
-  suspect_through_walls(pieces_, frames_, settings, through);
+  suspect_through_walls(pieces_, frames_, settings, true, through);
   EXPECT_TRUE(through.ranges[0].blocked);
   EXPECT_NEAR(through.ranges[0].sigma_m, 0.5, 0.001);  // five times 0.1 m
 
   JointRanges free = range(1.0, {4.0, 5.0, 0.8}, {8.0, 5.0, 0.8});
-  suspect_through_walls(pieces_, frames_, settings, free);
+  suspect_through_walls(pieces_, frames_, settings, true, free);
   EXPECT_FALSE(free.ranges[0].blocked);
   EXPECT_EQ(free.ranges[0].sigma_m, 0.1);
 }
@@ -97,7 +104,7 @@ TEST_F(SightLinesTest, checks_line_of_sight_separately_for_each_range) {
   const ranging::RangingSettings settings;
   JointRanges joint = range(1.0, {4.0, 2.0, 0.8}, {8.0, 2.5, 0.8});
   joint.ranges.push_back(range(1.1, {4.0, 5.0, 0.8}, {8.0, 5.0, 0.8}).ranges[0]);
-  suspect_through_walls(pieces_, frames_, settings, joint);
+  suspect_through_walls(pieces_, frames_, settings, true, joint);
   EXPECT_TRUE(joint.ranges[0].blocked);
   EXPECT_FALSE(joint.ranges[1].blocked);
 }
@@ -105,7 +112,7 @@ TEST_F(SightLinesTest, checks_line_of_sight_separately_for_each_range) {
 TEST_F(SightLinesTest, keeps_a_larger_sigma_reported_by_the_vehicle) {
   JointRanges joint = range(1.0, {4.0, 2.0, 0.8}, {8.0, 2.5, 0.8});
   joint.ranges[0].sigma_m = 0.9;
-  suspect_through_walls(pieces_, frames_, {}, joint);
+  suspect_through_walls(pieces_, frames_, {}, true, joint);
   EXPECT_EQ(joint.ranges[0].sigma_m, 0.9);
 }
 
