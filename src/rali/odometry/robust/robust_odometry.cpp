@@ -109,6 +109,7 @@ void RobustOdometry::predict_inertial(Time t_end) {
   const Vec3 before_m = state_.T_odom_body.p;
   propagate_over(state_, imu_, t_end, process_noise(), poses_);
   tilt_with_map(state_, state_.T_odom_body.p - before_m, tilt_rate());
+  poses_.back().T_odom_body = state_.T_odom_body;
 }
 
 TiltRate RobustOdometry::tilt_rate() const {
