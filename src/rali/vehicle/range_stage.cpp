@@ -1,6 +1,7 @@
 #include "rali/vehicle/range_stage.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "rali/ranging/path_fit.hpp"
@@ -261,15 +262,12 @@ bool RangeStage::blocked(Pair& pair, Time t, const Prediction& prediction,
   const Vec3 end = s.end_m / length_m * (q - p);
   const Mat3 P = filter.position_covariance();
   const Vec3 spread = 2.0 * P.diagonal().cwiseMax(0.0).cwiseSqrt();
-  for (const double side : {0.0, -1.0, 1.0}) {
-    const Vec3 from = p + end + side * spread;
-    if (filter.surfaces_between(from, q - end) < s.surfaces) {
-      pair.blocked = leaves_seen_space(p + end, q - end, filter);
-      return pair.blocked;
-    }
-  }
-  pair.blocked = true;
-  return true;
+  const std::array<double, 3> sides{0.0, -1.0, 1.0};
+  const bool walls = std::all_of(sides.begin(), sides.end(), [&](double side) {
+    return filter.surfaces_between(p + end + side * spread, q - end) >= s.surfaces;
+  });
+  pair.blocked = walls || leaves_seen_space(p + end, q - end, filter);
+  return pair.blocked;
 }
 
 /// Whether the line leaves the space seen from the own path.

@@ -228,7 +228,7 @@ bool FrameSearch::mark_blocked(const FleetFrames& frames, JointRanges& ranges) c
     const auto blocked = [](const JointRange& r) { return r.blocked; };
     const auto before = std::count_if(ranges.ranges.begin(), ranges.ranges.end(), blocked);
     suspect_through_walls(submaps_, frames_of(paths_, joined(frames, link)), settings_.ranging,
-                          false, ranges);
+                          FramesAre::kSupposed, ranges);
     if (std::count_if(ranges.ranges.begin(), ranges.ranges.end(), blocked) > before) return true;
   }
   return false;

@@ -55,10 +55,13 @@ bool SightLines::leaves(const Vec3& p_map_m, const Vec3& q_map_m) {
   const auto between = [this](const Vec3& p_m, const Vec3& q_m) { return surfaces(p_m, q_m); };
   return ranging::leaves_seen_space(p_map_m, q_map_m, [&](const Vec3& x_m) {
     const map::VoxelKey key = map::voxel_key(x_m, kLattice_m);
-    const auto known = outside_.find(key);
-    if (known != outside_.end()) return known->second;
-    const Vec3 middle_m = map::voxel_corner(key, kLattice_m) + Vec3::Constant(0.5 * kLattice_m);
-    return outside_.emplace(key, ranging::is_outside(middle_m, places_m_, between)).first->second;
+    if (key == map::kNoVoxel) return false;
+    const map::VoxelIndex::Slot slot = tested_.insert(key);
+    if (slot.is_new) {
+      const Vec3 middle_m = map::voxel_corner(key, kLattice_m) + Vec3::Constant(0.5 * kLattice_m);
+      outside_.push_back(ranging::is_outside(middle_m, places_m_, between));
+    }
+    return static_cast<bool>(outside_[slot.index]);
   });
 }
 
@@ -105,7 +108,7 @@ int SightLines::surfaces(const Vec3& p_map_m, const Vec3& q_map_m) const {
 }
 
 void suspect_through_walls(std::span<const PathSubmap> pieces, const PathFrames& frames,
-                           const ranging::RangingSettings& settings, bool around_bends,
+                           const ranging::RangingSettings& settings, FramesAre frames_are,
                            JointRanges& joint) {
   /// The line tested last, by pair.
   struct Asked {
@@ -134,7 +137,7 @@ void suspect_through_walls(std::span<const PathSubmap> pieces, const PathFrames&
       SightLines& lines = lines_of_sight.try_emplace(group, pieces, frames, group).first->second;
       const Vec3 end = s.end_m / length_m * (q_m - p_m);
       const bool blocked = lines.surfaces(p_m + end, q_m - end) >= s.surfaces ||
-                           (around_bends && lines.leaves(p_m + end, q_m - end));
+                           (frames_are == FramesAre::kFound && lines.leaves(p_m + end, q_m - end));
       asked = {r.t, p_m, q_m, blocked};
     }
     r.blocked = asked.blocked;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <span>
 #include <vector>
 
@@ -30,20 +29,26 @@ class SightLines {
  private:
   [[nodiscard]] bool filled(const geometry::Vec3& p_map_m) const;
 
-  std::vector<places::Plane> planes_;      ///< in the map
-  places::GridIndex index_;                ///< of their middles
-  map::VoxelIndex points_;                 ///< a plane counts only where points are: doors
-  std::vector<geometry::Vec3> places_m_;   ///< where the vehicles have been
-  std::map<map::VoxelKey, bool> outside_;  ///< known results of ranging::is_outside()
+  std::vector<places::Plane> planes_;     ///< in the map
+  places::GridIndex index_;               ///< of their middles
+  map::VoxelIndex points_;                ///< a plane counts only where points are: doors
+  std::vector<geometry::Vec3> places_m_;  ///< where the vehicles have been
+  map::VoxelIndex tested_;                ///< cubes whose middle ranging::is_outside() has seen
+  std::vector<bool> outside_;             ///< its results
+};
+
+/// Whether the frames that maps and ranges are compared in are known.
+enum class FramesAre {
+  kSupposed,  ///< in a wrong one lines end anywhere: no line then counts as leaving the space seen,
+              ///< else no range could contradict it
+  kFound
 };
 
 /// Ranges through walls or around a bend are too long by decimetres or metres, and no other range
 /// of the pair contradicts them. They get the sigma of a blocked path (`sight.sigma_factor`),
 /// unless an end has reported one as large.
-/// @param around_bends also those whose line leaves the space seen. Not while frames are only
-/// supposed: in a wrong frame lines end anywhere, and ranges could no longer contradict it.
 void suspect_through_walls(std::span<const PathSubmap> pieces, const PathFrames& frames,
-                           const ranging::RangingSettings& settings, bool around_bends,
+                           const ranging::RangingSettings& settings, FramesAre frames_are,
                            JointRanges& joint);
 
 }  // namespace rali::fleet

@@ -90,21 +90,31 @@ TEST_F(SightLinesTest, ignores_scans_of_a_vehicle_in_another_frame_group) {
 TEST_F(SightLinesTest, multiplies_the_sigma_of_a_range_through_a_wall_by_five) {
   const ranging::RangingSettings settings;
   JointRanges through = range(1.0, {4.0, 2.0, 0.8}, {8.0, 2.5, 0.8});
-  suspect_through_walls(pieces_, frames_, settings, true, through);
+  suspect_through_walls(pieces_, frames_, settings, FramesAre::kFound, through);
   EXPECT_TRUE(through.ranges[0].blocked);
   EXPECT_NEAR(through.ranges[0].sigma_m, 0.5, 0.001);  // five times 0.1 m
 
   JointRanges free = range(1.0, {4.0, 5.0, 0.8}, {8.0, 5.0, 0.8});
-  suspect_through_walls(pieces_, frames_, settings, true, free);
+  suspect_through_walls(pieces_, frames_, settings, FramesAre::kFound, free);
   EXPECT_FALSE(free.ranges[0].blocked);
   EXPECT_EQ(free.ranges[0].sigma_m, 0.1);
+}
+
+TEST_F(SightLinesTest,
+       lets_a_range_contradict_a_supposed_frame_although_its_line_leaves_the_rooms) {
+  const ranging::RangingSettings settings;
+  JointRanges supposed = range(1.0, {3.0, 3.0, 0.8}, {3.0, -9.0, 0.8}), found = supposed;
+  suspect_through_walls(pieces_, frames_, settings, FramesAre::kSupposed, supposed);
+  EXPECT_FALSE(supposed.ranges[0].blocked);
+  suspect_through_walls(pieces_, frames_, settings, FramesAre::kFound, found);
+  EXPECT_TRUE(found.ranges[0].blocked);
 }
 
 TEST_F(SightLinesTest, checks_line_of_sight_separately_for_each_range) {
   const ranging::RangingSettings settings;
   JointRanges joint = range(1.0, {4.0, 2.0, 0.8}, {8.0, 2.5, 0.8});
   joint.ranges.push_back(range(1.1, {4.0, 5.0, 0.8}, {8.0, 5.0, 0.8}).ranges[0]);
-  suspect_through_walls(pieces_, frames_, settings, true, joint);
+  suspect_through_walls(pieces_, frames_, settings, FramesAre::kFound, joint);
   EXPECT_TRUE(joint.ranges[0].blocked);
   EXPECT_FALSE(joint.ranges[1].blocked);
 }
@@ -112,7 +122,7 @@ TEST_F(SightLinesTest, checks_line_of_sight_separately_for_each_range) {
 TEST_F(SightLinesTest, keeps_a_larger_sigma_reported_by_the_vehicle) {
   JointRanges joint = range(1.0, {4.0, 2.0, 0.8}, {8.0, 2.5, 0.8});
   joint.ranges[0].sigma_m = 0.9;
-  suspect_through_walls(pieces_, frames_, {}, true, joint);
+  suspect_through_walls(pieces_, frames_, {}, FramesAre::kFound, joint);
   EXPECT_EQ(joint.ranges[0].sigma_m, 0.9);
 }
 

@@ -181,7 +181,7 @@ void FleetSolve::estimate() {
   const std::span<const PathSubmap> pieces(out_.pieces);
   JointRanges ranges = ranges_;  // other frames have other walls
   if (in_.settings.joint.sight) {
-    suspect_through_walls(pieces, out_.frames, in_.settings.ranging, true, ranges);
+    suspect_through_walls(pieces, out_.frames, in_.settings.ranging, FramesAre::kFound, ranges);
   }
   const GroupInput group{paths_,       pieces.subspan(out_.live_from),
                          out_.frames,  ranges,

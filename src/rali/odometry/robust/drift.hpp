@@ -39,7 +39,7 @@ struct DriftSettings {
 struct Level {
   Eigen::Matrix<double, 3, 2> axes_odom;  ///< two horizontal unit vectors
   Eigen::Matrix2d covariance;             ///< of the tilts about them [rad^2]
-  /// Tilt of odom since the first pose, about x and y (MapTilt).
+  /// Tilt of odom since the first pose, about x and y (map_tilt_rad()).
   Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();
 };
 

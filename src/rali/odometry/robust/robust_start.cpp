@@ -322,6 +322,7 @@ void RobustOdometry::start_anew() {
   state_.t = now;
   state_.T_odom_body = pose;
   state_.g_odom_mps2 = gravity.allFinite() ? gravity : FilterState{}.g_odom_mps2;
+  state_.g_first_odom_mps2 = state_.g_odom_mps2;
   const ConstantVelocitySettings& cv = settings_.constant_velocity;
   state_.P.diagonal().segment<3>(kTheta).setConstant(0.01);
   state_.P.diagonal().segment<3>(kPos).setConstant(1.0);

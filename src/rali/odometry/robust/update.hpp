@@ -55,7 +55,7 @@ struct UpdateResult {
                                             bool inertial);
 
 /// Ordinary Kalman update with one linear measurement of dimension D.
-/// @param H Jacobian (D x 17), @param residual z - h(x), @param R covariance.
+/// @param H Jacobian (D x kStateDim), @param residual z - h(x), @param R covariance.
 template <int D>
 void update_linear(FilterState& state, const Eigen::Matrix<double, D, kStateDim>& H,
                    const Eigen::Matrix<double, D, 1>& residual,
