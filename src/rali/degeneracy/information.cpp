@@ -1,5 +1,6 @@
 #include "rali/degeneracy/information.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -7,6 +8,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+
+#include "rali/degeneracy/walls.hpp"
 
 namespace rali::degeneracy {
 
@@ -82,8 +85,9 @@ double sigma_of(double information) {
   return information > 0.0 ? 1.0 / std::sqrt(information) : std::numeric_limits<double>::infinity();
 }
 
-void set_translation(const Chance& chance, std::span<const PlaneEvidence> planes,
-                     const AwareSettings& settings, DirectionInfo& info) {
+void set_translation(const Vec6& motion, std::span<const PlaneEvidence> planes,
+                     const Mat3& R_odom_body, const AwareSettings& settings, DirectionInfo& info) {
+  const Chance chance = chance_of(motion, planes, R_odom_body);
   const Support support = support_along(info.direction_odom, planes, settings.cluster_m);
   info.planes = support.planes;
   info.clusters = support.clusters;
@@ -93,6 +97,15 @@ void set_translation(const Chance& chance, std::span<const PlaneEvidence> planes
   info.noise = chance.mean;
   if (supported || !settings.lidar_alone) {
     info.information = std::max(0.0, info.raw - chance.at_most(kappa, settings.lidar_alone));
+  }
+  if (supported && settings.trusts_support && sigma_of(info.information) > settings.full_m) {
+    const WallHold walls = walls_facing(motion, planes, R_odom_body);
+    // The system may have been freed along the motion, although its planes face it.
+    const double of_walls = std::min(walls.raw, info.raw) - settings.kappa * walls.noise;
+    if (of_walls > info.information) {
+      info.information = of_walls;
+      info.wall_residual_m = walls.residual_m;
+    }
   }
   info.sigma = sigma_of(info.information);
   info.category = category_of(info.sigma, settings.full_m, settings.none_m);
@@ -168,7 +181,7 @@ std::array<DirectionInfo, 6> direction_information(const Mat6& I,
     const Vec6 u = least_motion(I, k, R_odom_body, axes);
     info.raw = std::max(0.0, u.dot(I * u));
     if (k < 3) {
-      set_translation(chance_of(u, planes, R_odom_body), planes, settings, info);
+      set_translation(u, planes, R_odom_body, settings, info);
     } else {
       Vec6 turn = u;
       turn.tail<3>().setZero();
@@ -190,7 +203,8 @@ void remove_spurious(Mat6& I, Vec6& b, const Mat3& R_odom_body,
     const double along = u.dot(Iu);
     if (along <= info.information || along <= 0.0) continue;
     const double remove = 1.0 - info.information / along;
-    b -= remove / along * u.dot(b) * Iu;
+    const double residual_m = info.wall_residual_m.value_or(u.dot(b) / along);
+    b += (info.information * residual_m - u.dot(b)) / along * Iu;
     I -= remove / along * Iu * Iu.transpose();
   }
 }

@@ -27,6 +27,9 @@ struct AwareSettings {
   /// whose normals have sigmas of about a degree. Their information by chance is a sum of many
   /// independent terms (Chance).
   bool lidar_alone = false;
+  /// Whether structure in several places is believed more than other information. Not at standstill
+  /// or without inertial data: passers-by are in several places, too.
+  bool trusts_support = true;
 
   template <class V>
   void visit(V& v) {
@@ -70,14 +73,16 @@ using Axes = geometry::Mat3;
 /// kappa times its expectation, a bound that neither chance nor a few false planes exceed. For a
 /// translation it is that of least_motion(): in a bend the normals ahead seem to constrain a shift
 /// along the axis, and only the screw shows that they do not. A translation supported by several
-/// planes in several clusters needs only kappa_supported, so weak structure is kept. Order: axial,
-/// lateral, vertical; roll, pitch, yaw. The category is that of this scan alone.
+/// planes in several clusters needs only kappa_supported, so weak structure is kept. If all planes
+/// together do not know it well, the walls that face it may (walls.hpp). Order: axial, lateral,
+/// vertical; roll, pitch, yaw. The category is that of this scan alone.
 [[nodiscard]] std::array<DirectionInfo, 6> direction_information(
     const geometry::Mat6& I, std::span<const PlaneEvidence> planes,
     const geometry::Mat3& R_odom_body, const Axes& axes, const AwareSettings& settings);
 
 /// Removes the spurious information from a Gauss-Newton system: afterwards the information along
-/// each direction is its J. Directions that are I-orthogonal to it are unchanged; I stays positive
+/// each direction is its J, and the step along it that of all planes, or of the walls if J is
+/// theirs. Directions that are I-orthogonal to it are unchanged; I stays positive
 /// semidefinite (algorithms 2.4).
 void remove_spurious(geometry::Mat6& I, geometry::Vec6& b, const geometry::Mat3& R_odom_body,
                      std::span<const DirectionInfo, 6> directions);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "rali/geometry/types.hpp"
 
@@ -31,6 +32,8 @@ struct DirectionInfo {
   Category category = Category::kFull;
   int planes = 0;    ///< planes that support a translation (support.hpp); 0 for rotations
   int clusters = 0;  ///< number of clusters that these planes form
+  /// Set if J_d is that of walls alone (walls.hpp): what they say about the motion.
+  std::optional<double> wall_residual_m;
 };
 
 /// Both detectors on one scan. Source: algorithms 3.1 and 3.2.

@@ -103,6 +103,7 @@ void Partners::add_plane(std::span<const Pair> pairs, const Plane& plane, const 
   Vec3 normal = Vec3::Zero();
   Mat3 tilt = Mat3::Zero();  // of the source's planes, in its axes
   double sum = 0.0;
+  double residual_sum = 0.0;
   const Vec3 q = plane.q_m - T.p;
   for (const Pair& pair : pairs) {
     const Plane& s = source_[pair.source];
@@ -126,6 +127,7 @@ void Partners::add_plane(std::span<const Pair> pairs, const Plane& plane, const 
     normal += w * n;
     tilt += w * s.normal_covariance();
     sum += w;
+    residual_sum += w * r;
     ++system.matches;
     const double robust = w * (gate_.fine ? s.var_offset + of_source + rough2() : 1.0);
     system.square_sum_m2 += robust * r * r;
@@ -144,6 +146,7 @@ void Partners::add_plane(std::span<const Pair> pairs, const Plane& plane, const 
   e.lever_odom_m = lever / sum;
   e.normal_covariance = 0.25 * (plane.normal_covariance() + T.R * (tilt / sum) * T.R.transpose());
   e.weight = 1.0 / (1.0 / sum + plane.var_offset);
+  e.residual_m = residual_sum / sum;
   e.points = static_cast<int>(pairs.size());
   evidence_.push_back(e);
 }

@@ -307,6 +307,7 @@ void Matcher::add_group(const Group& group, const PlaneMap& map, const SE3& T_od
   c.weight = 1.0 / (1.0 / g[9] + plane.var_offset);
   c.lever_odom_m = R * center;
   c.points = group.points;
+  c.residual_m = in_body.n.dot(center) + in_body.c_m;
   evidence_.push_back(c);
 }
 

@@ -101,6 +101,7 @@ degeneracy::AwareSettings belief(const degeneracy::AwareSettings& aware, const F
   degeneracy::AwareSettings out = aware;
   if (!inertial || state.v.norm() < kStanding_mps) {
     out.kappa_supported = std::max(out.kappa, out.kappa_supported);
+    out.trusts_support = false;
   }
   return out;
 }
