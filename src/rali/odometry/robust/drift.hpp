@@ -17,7 +17,8 @@ struct DriftSettings {
   double start_tilt_deg = 0.06;      ///< roll and pitch from sparse rings, with gravity known
   double start_tilt_free_deg = 0.5;  ///< the same without inertial data
   double sigma_max_m = 1.0;          ///< local sigma where the LiDAR is degenerate
-  double tilt_sigma_degpm = 0.01;    ///< of the rate at which the map tilts with the distance
+  double laser_sigma_deg = 0.1;      ///< elevation errors of the lasers, before they are measured
+  double tilt_per_m = 0.1;           ///< rate at which these tilt the map with the distance
   double tilt_length_m = 30.0;       ///< over which that rate changes
 
   template <class V>
@@ -29,8 +30,10 @@ struct DriftSettings {
     v("start_tilt_deg", start_tilt_deg, 0.0, 45.0, "the same for its roll and pitch");
     v("start_tilt_free_deg", start_tilt_free_deg, 0.0, 45.0, "and without inertial data");
     v("sigma_max_m", sigma_max_m, 0.01, 100.0, "bound of the local sigma in degenerate directions");
-    v("tilt_sigma_degpm", tilt_sigma_degpm, 0.0, 1.0,
-      "sigma of the rate at which the map tilts, by the errors of the lasers");
+    v("laser_sigma_deg", laser_sigma_deg, 0.0, 2.0,
+      "sigma of the elevations of the lasers, before it is measured");
+    v("tilt_per_m", tilt_per_m, 0.0, 10.0,
+      "sigma of the tilt of the map per metre, as a multiple of that");
     v("tilt_length_m", tilt_length_m, 1.0, 10000.0, "distance over which that rate changes");
   }
 };

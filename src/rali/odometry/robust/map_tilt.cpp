@@ -20,6 +20,13 @@ void begin_tilt(FilterState& state, const TiltRate& rate) {
   state.P(kTiltRate, kTiltRate) = rate.sigma_radpm * rate.sigma_radpm;
 }
 
+void scale_tilt(FilterState& state, double factor) {
+  state.P.row(kTiltRate) *= factor;
+  state.P.col(kTiltRate) *= factor;
+  state.P_augmented.row(kTiltRate) *= factor;
+  state.tilt_radpm *= factor;
+}
+
 void tilt_with_map(FilterState& state, const Vec3& moved_odom_m, const TiltRate& rate) {
   const Vec3 across_m = -state.g_odom_mps2.normalized().cross(moved_odom_m);
   const double kept = std::exp(-across_m.norm() / rate.length_m);

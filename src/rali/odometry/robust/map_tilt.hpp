@@ -23,6 +23,10 @@ struct TiltRate {
 /// From here on the map tilts; gravity at this pose is that at the first one.
 void begin_tilt(FilterState& state, const TiltRate& rate);
 
+/// The rate's sigma is found to be another: estimate and sigma of the rate scale with it, and what
+/// has tilted so far stays.
+void scale_tilt(FilterState& state, double factor);
+
 /// The vehicle has moved on: it turns in the map, and gravity with it. When it returns, both turn
 /// back, since the turn is about the axis across the motion.
 /// @param moved_odom_m since the last call

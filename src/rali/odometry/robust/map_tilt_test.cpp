@@ -51,6 +51,20 @@ TEST(MapTilt, turns_vehicle_speed_and_gravity_in_common_and_back_again) {
   EXPECT_LT((state.T_odom_body.R - geometry::Mat3::Identity()).norm(), 1e-6);
 }
 
+// By hand: half the rate from here on; the half degree of the first 10 m stays.
+TEST(MapTilt, keeps_what_has_tilted_when_the_rate_is_found_to_be_smaller) {
+  FilterState state = driving();
+  state.tilt_radpm = 0.05 * kDegree;
+  tilt_with_map(state, Vec3(10.0, 0.0, 0.0), kConstant);
+  const FilterState before = state;
+  scale_tilt(state, 0.5);
+  EXPECT_DOUBLE_EQ(state.tilt_radpm, 0.5 * before.tilt_radpm);
+  EXPECT_EQ(state.g_odom_mps2, before.g_odom_mps2);
+  EXPECT_DOUBLE_EQ(state.P(kTiltRate, kTiltRate), 0.25 * before.P(kTiltRate, kTiltRate));
+  EXPECT_DOUBLE_EQ(state.P(kGravity, kTiltRate), 0.5 * before.P(kGravity, kTiltRate));
+  EXPECT_EQ(state.P(kGravity, kGravity), before.P(kGravity, kGravity));
+}
+
 TEST(MapTilt, does_not_grow_on_the_spot_or_straight_up) {
   FilterState state = driving();
   state.tilt_radpm = 0.1 * kDegree;

@@ -39,7 +39,6 @@ bool faces(const Plane& plane, const Vec3& d_odom) {
 void Matcher::set_points(const BodyPoints& points, const Vec3& p_body_lidar) {
   points_.resize(points.size());
   const Eigen::Vector3f origin = p_body_lidar.cast<float>();
-  const float beam = static_cast<float>(settings_.beam_sigma_rad);
   for (std::size_t i = 0; i < points.size(); ++i) {
     Point& p = points_[i];
     p.x = points.x_m[i];
@@ -53,15 +52,16 @@ void Matcher::set_points(const BodyPoints& points, const Vec3& p_body_lidar) {
     p.dx = rx * inverse;
     p.dy = ry * inverse;
     p.dz = rz * inverse;
-    p.beam_var_m2 = range2 * beam * beam;
+    p.range2_m2 = range2;
     p.plane = -1;
   }
 }
 
 double Matcher::point_variance(const Point& p, double cos_incidence, double plane_var_m2) const {
   const double c2 = cos_incidence * cos_incidence;
+  const double beam = settings_.beam_sigma_rad;
   const double model = c2 * settings_.range_sigma_m * settings_.range_sigma_m +
-                       (1.0 - c2) * static_cast<double>(p.beam_var_m2) +
+                       (1.0 - c2) * beam * beam * static_cast<double>(p.range2_m2) +
                        settings_.rough_sigma_m * settings_.rough_sigma_m;
   return std::max(model, plane_var_m2);
 }
@@ -191,6 +191,24 @@ double Matcher::hold_of(const Point& point, const Plane& plane, const Vec3& x_od
   const double r = plane.n.dot(d);
   const double gate = std::max(settings_.gate_sigma * std::sqrt(s2), settings_.gate_min_m);
   return std::abs(r) > gate ? 0.0 : along * along / s2;
+}
+
+Matcher::Match Matcher::match_of(const Point& point, const PlaneMap& map,
+                                 const SE3& T_odom_body) const {
+  const Plane& plane = map.plane(point.plane);
+  const Vec3 d = T_odom_body.R * point.p_body() + T_odom_body.p - plane.q;
+  Match out;
+  out.n_body = T_odom_body.R.transpose() * plane.n;
+  out.ray_body = point.ray_body();
+  out.range_m = std::sqrt(static_cast<double>(point.range2_m2));
+  out.residual_m = plane.n.dot(d);
+  const double variance = point_variance(point, out.n_body.dot(out.ray_body), plane.var_normal) +
+                          plane_variance_at(plane, d);
+  out.weight =
+      geometry::cauchy_weight(out.residual_m / std::sqrt(variance), settings_.cauchy_scale) /
+      variance;
+  out.epoch = plane.epoch;
+  return out;
 }
 
 std::size_t Matcher::points_facing(const PlaneMap& map, const Vec3& d_odom) const {

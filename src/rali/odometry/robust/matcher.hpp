@@ -88,6 +88,23 @@ class Matcher {
   /// @param d_odom unit vector
   [[nodiscard]] std::optional<double> mean_epoch(const geometry::Vec3& d_odom) const;
 
+  /// One matched point of the scan.
+  struct Match {
+    geometry::Vec3 n_body, ray_body;  ///< normal of its plane, and its ray
+    double range_m = 0.0;
+    double residual_m = 0.0;  ///< from the plane, along the normal
+    double weight = 0.0;      ///< 1 / variance, plane included, robust [1/m^2]
+    double epoch = 0.0;       ///< mean generation of the plane's points
+  };
+
+  /// Calls visitor(k, match) for each matched point k of set_points(), as of the last match().
+  template <class Visitor>
+  void visit(const PlaneMap& map, const geometry::SE3& T_odom_body, Visitor&& visitor) const {
+    for (std::size_t k = 0; k < points_.size(); ++k) {
+      if (points_[k].plane >= 0) visitor(k, match_of(points_[k], map, T_odom_body));
+    }
+  }
+
   /// Number of points matched to planes that face a direction. @param d_odom unit vector
   [[nodiscard]] std::size_t points_facing(const PlaneMap& map, const geometry::Vec3& d_odom) const;
 
@@ -106,9 +123,9 @@ class Matcher {
   };
 
   struct Point {
-    float x, y, z;      // body
-    float dx, dy, dz;   // unit ray in body
-    float beam_var_m2;  // (range * beam sigma)^2
+    float x, y, z;     // body
+    float dx, dy, dz;  // unit ray in body
+    float range2_m2;   // squared
     int plane = -1;
 
     [[nodiscard]] geometry::Vec3 p_body() const { return geometry::Vec3f(x, y, z).cast<double>(); }
@@ -129,6 +146,8 @@ class Matcher {
   static void add_point(const Group& group, const PlaneInBody& plane, LidarSystem& system);
   static void add_moments(const Group& group, const PlaneInBody& plane, LidarSystem& system);
 
+  [[nodiscard]] Match match_of(const Point& point, const PlaneMap& map,
+                               const geometry::SE3& T_odom_body) const;
   [[nodiscard]] double hold_of(const Point& point, const Plane& plane, const geometry::Vec3& x_odom,
                                const geometry::Vec3& d_odom, const geometry::Vec3& ray_odom) const;
   [[nodiscard]] double point_variance(const Point& p, double cos_incidence,

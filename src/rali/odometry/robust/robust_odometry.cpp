@@ -53,6 +53,7 @@ ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/
   const bool trusted = settled && (track_state_ != TrackState::kPredicted || young);
   if (trusted && map_.empty()) start_map();
   if (resumed_ && speed_is_known_again(scan.t_end)) resumed_.reset();
+  if (inertial_ && trusted && !resumed_) measure_lasers(scan);
   if (trusted && !resumed_) insert(scan);
   if (has_imu_ && !inertial_) {
     remember_start(scan, done);
@@ -110,11 +111,6 @@ void RobustOdometry::predict_inertial(Time t_end) {
   propagate_over(state_, imu_, t_end, process_noise(), poses_);
   tilt_with_map(state_, state_.T_odom_body.p - before_m, tilt_rate());
   poses_.back().T_odom_body = state_.T_odom_body;
-}
-
-TiltRate RobustOdometry::tilt_rate() const {
-  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
-  return {kRadPerDeg * settings_.drift.tilt_sigma_degpm, settings_.drift.tilt_length_m};
 }
 
 /// Motion from the last scan to this one, by the estimate at that time and inertial data since;

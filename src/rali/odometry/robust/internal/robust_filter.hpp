@@ -17,6 +17,7 @@
 #include "rali/odometry/robust/inertial.hpp"
 #include "rali/odometry/robust/initialiser.hpp"
 #include "rali/odometry/robust/keyframer.hpp"
+#include "rali/odometry/robust/laser_errors.hpp"
 #include "rali/odometry/robust/map_tilt.hpp"
 #include "rali/odometry/robust/scan_sampler.hpp"
 #include "rali/odometry/robust/scan_view.hpp"
@@ -110,6 +111,9 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   void deskew_first(const sensor::LidarScan& second);
   void predict(Time t_end);
   void predict_inertial(Time t_end);
+  // robust_lasers.cpp
+  void measure_lasers(const sensor::LidarScan& scan);
+  [[nodiscard]] double prior_laser_sigma_rad() const;
   [[nodiscard]] TiltRate tilt_rate() const;
   // Replay of a start in motion: robust_replay.cpp, robust_first_speed.cpp.
   void replay_start(const InitialGuess& guess, FindingList& findings);
@@ -247,6 +251,8 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   ScanSampler sampler_;
   Matcher matcher_;
   PlaneMap map_;
+  LaserErrors lasers_;
+  std::optional<double> laser_sigma_rad_;          ///< of their elevations, once measured
   RecentPoints recent_;                            ///< all scans without inertial data
   std::unique_ptr<sensor::LidarScan> first_scan_;  ///< kept until the second scan shows its speed
   Keyframer keyframer_;
