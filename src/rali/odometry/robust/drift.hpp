@@ -17,8 +17,8 @@ struct DriftSettings {
   double start_tilt_deg = 0.06;      ///< roll and pitch from sparse rings, with gravity known
   double start_tilt_free_deg = 0.5;  ///< the same without inertial data
   double sigma_max_m = 1.0;          ///< local sigma where the LiDAR is degenerate
-  double laser_sigma_deg = 0.1;      ///< elevation errors of the lasers, before they are measured
-  double tilt_per_m = 0.1;           ///< rate at which these tilt the map with the distance
+  double laser_sigma_deg = 0.05;     ///< elevation errors of the lasers, before they are measured
+  double tilt_per_m = 0.2;           ///< rate at which these tilt the map with the distance
   double tilt_length_m = 30.0;       ///< over which that rate changes
 
   template <class V>

@@ -11,7 +11,7 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 
 /// Errors of a plane are common to the points of many scans, so an elevation is never better known
 /// than this: lasers without errors show 0.001 to 0.026 degrees, with 1e5 points each.
-constexpr double kCommon_rad = 0.015 * kDegree;
+constexpr double kCommon_rad = 0.02 * kDegree;
 
 }  // namespace
 
