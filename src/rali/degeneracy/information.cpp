@@ -93,12 +93,13 @@ void set_translation(const Vec6& motion, std::span<const PlaneEvidence> planes,
   info.clusters = support.clusters;
   const bool supported =
       support.planes >= settings.support_planes && support.clusters >= settings.support_clusters;
-  const double kappa = supported ? settings.kappa_supported : settings.kappa;
+  const bool trusted = supported && settings.trusts_support;
+  const double kappa = trusted ? settings.kappa_supported : settings.kappa;
   info.noise = chance.mean;
   if (supported || !settings.lidar_alone) {
     info.information = std::max(0.0, info.raw - chance.at_most(kappa, settings.lidar_alone));
   }
-  if (supported && settings.trusts_support && sigma_of(info.information) > settings.full_m) {
+  if (trusted && sigma_of(info.information) > settings.full_m) {
     const WallHold walls = walls_facing(motion, planes, R_odom_body);
     // The system may have been freed along the motion, although its planes face it.
     const double of_walls = std::min(walls.raw, info.raw) - settings.kappa * walls.noise;

@@ -27,7 +27,7 @@ struct AwareSettings {
   /// whose normals have sigmas of about a degree. Their information by chance is a sum of many
   /// independent terms (Chance).
   bool lidar_alone = false;
-  /// Whether structure in several places is believed more than other information. Not at standstill
+  /// Whether support makes a difference: kappa_supported, and walls (walls.hpp). Not at standstill
   /// or without inertial data: passers-by are in several places, too.
   bool trusts_support = true;
 

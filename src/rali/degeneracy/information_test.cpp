@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "rali/base/rng.hpp"
+#include "rali/degeneracy/plane_for_test.hpp"
 
 namespace rali::degeneracy {
 namespace {
@@ -20,15 +21,6 @@ using geometry::Vec3;
 using geometry::Vec6;
 
 const Vec3 kGravity(0.0, 0.0, -9.81);
-
-PlaneEvidence plane(const Vec3& n, int points) {
-  PlaneEvidence out;
-  out.n_odom = n;
-  out.points = points;
-  out.weight = 1.0 / (4e-4 / points + 1.02e-4);  // s_r = 2 cm, Spl_cc = 2e-6 + (1 cm)^2
-  out.normal_covariance = 1e-4 * (Mat3::Identity() - n * n.transpose());
-  return out;
-}
 
 Mat6 information_of(const std::vector<PlaneEvidence>& planes) {
   Mat6 I = Mat6::Zero();

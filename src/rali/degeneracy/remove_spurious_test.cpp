@@ -6,6 +6,7 @@
 
 #include "rali/base/rng.hpp"
 #include "rali/degeneracy/information.hpp"
+#include "rali/degeneracy/plane_for_test.hpp"
 
 namespace rali::degeneracy {
 namespace {
@@ -15,15 +16,6 @@ using geometry::Mat6;
 using geometry::so3_exp;
 using geometry::Vec3;
 using geometry::Vec6;
-
-PlaneEvidence plane(const Vec3& n, int points) {
-  PlaneEvidence out;
-  out.n_odom = n;
-  out.points = points;
-  out.weight = 1.0 / (4e-4 / points + 1.02e-4);  // s_r = 2 cm, Spl_cc = 2e-6 + (1 cm)^2
-  out.normal_covariance = 1e-4 * (Mat3::Identity() - n * n.transpose());
-  return out;
-}
 
 // The downdate of T11: translation along x and yaw coupled, I = [[10, 5], [5, 100]].
 struct Coupled {

@@ -1,6 +1,5 @@
 #include "rali/odometry/robust/update.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -99,10 +98,7 @@ degeneracy::AwareSettings belief(const degeneracy::AwareSettings& aware, const F
                                  bool inertial) {
   constexpr double kStanding_mps = 0.2;
   degeneracy::AwareSettings out = aware;
-  if (!inertial || state.v.norm() < kStanding_mps) {
-    out.kappa_supported = std::max(out.kappa, out.kappa_supported);
-    out.trusts_support = false;
-  }
+  out.trusts_support = inertial && state.v.norm() >= kStanding_mps;
   return out;
 }
 
