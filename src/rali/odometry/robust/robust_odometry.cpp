@@ -20,8 +20,9 @@ using geometry::SE3;
 using geometry::Vec3;
 using sensor::LidarScan;
 
-ScanResult RobustOdometry::process(const LidarScan& scan, Executor& /*executor*/,
+ScanResult RobustOdometry::process(const LidarScan& measured, Executor& /*executor*/,
                                    FindingList& findings) {
+  const LidarScan& scan = corrected(measured);
   if (!started_) return start(scan);
   end_refusal(scan.t_end, findings);
   if (first_scan_ && !has_imu_) deskew_first(scan);

@@ -46,6 +46,7 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
         sampler_(settings.robust.sampling),
         matcher_(settings.robust.match),
         map_(settings.robust.map),
+        lasers_now_{{}, prior_laser_sigma_rad()},
         keyframer_(settings.robust.keyframe),
         drift_(settings.robust.drift, has_imu),
         track_drift_(drift_),
@@ -112,6 +113,7 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   void predict(Time t_end);
   void predict_inertial(Time t_end);
   // robust_lasers.cpp
+  [[nodiscard]] const sensor::LidarScan& corrected(const sensor::LidarScan& scan);
   void measure_lasers(const sensor::LidarScan& scan);
   [[nodiscard]] double prior_laser_sigma_rad() const;
   [[nodiscard]] TiltRate tilt_rate() const;
@@ -252,7 +254,8 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   Matcher matcher_;
   PlaneMap map_;
   LaserErrors lasers_;
-  std::optional<double> laser_sigma_rad_;          ///< of their elevations, once measured
+  LaserCalibration lasers_now_;                    ///< of lasers_, as subtracted from scans
+  sensor::LidarScan corrected_;                    ///< the newest scan
   RecentPoints recent_;                            ///< all scans without inertial data
   std::unique_ptr<sensor::LidarScan> first_scan_;  ///< kept until the second scan shows its speed
   Keyframer keyframer_;
