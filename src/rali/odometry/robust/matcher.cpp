@@ -95,8 +95,8 @@ void Matcher::match(const PlaneMap& map, const SE3& T_odom_body, const Mat6& P_p
   }
 }
 
-double Matcher::agreement(const PlaneMap& map, const SE3& T_odom_body) const {
-  int within = 0, on = 0;
+Overlap Matcher::overlap(const PlaneMap& map, const SE3& T_odom_body) const {
+  Overlap out;
   for (const Point& point : points_) {
     const Vec3 x = T_odom_body.R * point.p_body() + T_odom_body.p;
     const int index = map.find(x);
@@ -104,10 +104,10 @@ double Matcher::agreement(const PlaneMap& map, const SE3& T_odom_body) const {
     const Plane& plane = map.plane(index);
     const Vec3 d = x - plane.q;
     if (!plane.reaches(d)) continue;
-    ++within;
-    if (std::abs(plane.n.dot(d)) < settings_.gate_min_m) ++on;
+    ++out.within;
+    if (std::abs(plane.n.dot(d)) < settings_.gate_min_m) ++out.on;
   }
-  return within > 0 ? static_cast<double>(on) / within : 0.0;
+  return out;
 }
 
 LidarSystem Matcher::accumulate(const PlaneMap& map, const SE3& T_odom_body) {

@@ -57,6 +57,19 @@ enum class Reach {
   kPoints,  ///< the plane of its cell, within the extent of its points only
 };
 
+/// Points of a scan where the map has planes.
+struct Overlap {
+  int within = 0;
+  int on = 0;  ///< the planes
+
+  [[nodiscard]] int beside() const { return within - on; }
+
+  /// Fraction of them on the planes; 0 without any.
+  [[nodiscard]] double agreement() const {
+    return within > 0 ? static_cast<double>(on) / within : 0.0;
+  }
+};
+
 /// Matches the points of a scan with the planes of the map and sums their information.
 class Matcher {
  public:
@@ -73,9 +86,9 @@ class Matcher {
   void match(const PlaneMap& map, const geometry::SE3& T_odom_body, const geometry::Mat6& P_pose,
              Reach reach);
 
-  /// Of the points that lie within the extent of a plane of their cell, the fraction that lies on
-  /// it; unseen places count for nothing. 0 if there are none.
-  [[nodiscard]] double agreement(const PlaneMap& map, const geometry::SE3& T_odom_body) const;
+  /// Points of the scan that lie within the extent of a plane of their cell, and those of them that
+  /// lie on it; unseen places count for nothing.
+  [[nodiscard]] Overlap overlap(const PlaneMap& map, const geometry::SE3& T_odom_body) const;
 
   /// Sums residuals at the given pose over the matches of the last match().
   [[nodiscard]] LidarSystem accumulate(const PlaneMap& map, const geometry::SE3& T_odom_body);

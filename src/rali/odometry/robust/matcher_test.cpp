@@ -258,7 +258,7 @@ TEST(Matcher, agreement_counts_points_within_the_extent_of_a_plane_only) {
   CorrelatedPlane setup;  // up to 0.85 m along both axes
   const auto agreement = [&setup](const std::vector<Vec3>& points) {
     setup.matcher.set_points(points_of(points), Vec3::Zero());
-    return setup.matcher.agreement(setup.map, setup.T);
+    return setup.matcher.overlap(setup.map, setup.T).agreement();
   };
   const Vec3 on(0.5, 0.2, 0.01), off(0.3, 0.1, 0.3), beyond(1.5, 0.0, 0.3);
   EXPECT_DOUBLE_EQ(agreement({on, on, off, beyond}), 2.0 / 3.0);

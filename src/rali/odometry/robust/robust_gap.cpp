@@ -156,7 +156,7 @@ RobustOdometry::Placed RobustOdometry::at_best_speed(const LidarScan& scan, cons
     for (int round = 1; round < kRounds; ++round) {
       tried = register_from(tried.state.T_odom_body, wide);
     }
-    tried.agreement = matcher_.agreement(map_, tried.state.T_odom_body);
+    tried.agreement = matcher_.overlap(map_, tried.state.T_odom_body).agreement();
     if (best && tried.agreement <= best->agreement) continue;
     tried.state.v = v;
     decorrelate(tried.state, kVel, 3);

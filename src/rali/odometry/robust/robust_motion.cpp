@@ -25,6 +25,10 @@ constexpr int kDriven = 10;
 /// whatever the samples show: the bias wanders as well.
 constexpr double kMin = 1.0 / 3.0;
 
+/// With fewer matches than so many times the minimum a scan does not outweigh the inertial data: in
+/// a map of few views planes may be false.
+constexpr int kMany = 3;
+
 }  // namespace
 
 ProcessNoise RobustOdometry::process_noise() const {
@@ -122,6 +126,11 @@ FilterState RobustOdometry::with_step(const FilterState& predicted, double size,
 void RobustOdometry::allow_jolt(const FilterState& predicted, UpdateResult& done) {
   constexpr double kGrowth = 4.0;
   constexpr double kMax = 256.0;
+  if (done.nis > settings_.update.jolt_nis && done.matches < kMany * settings_.update.matches_min) {
+    state_ = predicted;
+    done = UpdateResult{};
+    return;
+  }
   for (double size = 1.0; size <= kMax && done.nis > settings_.update.jolt_nis; size *= kGrowth) {
     const Mat3 known = done.known;
     const SE3 start = state_.T_odom_body;
@@ -140,7 +149,7 @@ void RobustOdometry::look_again(const FilterState& predicted, UpdateResult& done
   constexpr double kPoor = 0.6;  // of the usual fit
   constexpr double kBetter = 1.1;
   constexpr double kSize = 256.0;
-  const bool poor = done.matches < settings_.update.matches_min || done.fit < kPoor * usual_fit_;
+  const bool poor = done.fit < kPoor * usual_fit_;
   if (!poor || scans_in_map_ == 0) return;
   const double span_s = (predicted.t - last_posterior_.t).s();
   FilterState steady = with_step(predicted, kSize, Mat3::Identity());
@@ -150,7 +159,9 @@ void RobustOdometry::look_again(const FilterState& predicted, UpdateResult& done
   FilterState other = steady;
   const UpdateResult again =
       update_with_scan(other, matcher_, map_, steady.T_odom_body, settings_, axes_, closed(), true);
-  if (again.matches < settings_.update.matches_min || again.fit < kBetter * done.fit) return;
+  if (again.matches < kMany * settings_.update.matches_min || again.fit < kBetter * done.fit) {
+    return;
+  }
   state_ = other;
   done = again;
 }

@@ -51,7 +51,8 @@ ScanResult RobustOdometry::process(const LidarScan& measured, Executor& /*execut
   if (!settled) stray(predicted_, findings);
   // A young map has few planes: it must grow before many matches can be required.
   const bool young = scans_in_map_ < kYoungScans;
-  const bool trusted = settled && (track_state_ != TrackState::kPredicted || young);
+  const bool trusted =
+      settled && (track_state_ != TrackState::kPredicted || young || is_on_new_ground());
   if (trusted && map_.empty()) start_map();
   if (resumed_ && speed_is_known_again(scan.t_end)) resumed_.reset();
   if (inertial_ && trusted && !resumed_) measure_lasers(scan);

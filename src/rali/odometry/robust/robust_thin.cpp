@@ -27,6 +27,18 @@ void RobustOdometry::remember_blindness(const UpdateResult& done) {
   if (!was_degenerate && degenerate_[0] && !glimpse) t_degenerate_ = state_.t;
 }
 
+/// The newest scan meets too few planes of the map to be registered, but the inertial data know its
+/// pose. Left out, it would keep the map from growing to where the vehicle drives: sparse rings see
+/// hardly a plane in the open from a single place. A scan that lies beside the planes it meets is
+/// not such a scan: there the pose is wrong.
+bool RobustOdometry::is_on_new_ground() const {
+  constexpr double kKnown_m = 0.1;  // half of the smallest cell of the map
+  const double variance_m2 = state_.P.block<3, 3>(kPos, kPos).diagonal().maxCoeff();
+  return inertial_ && variance_m2 < kKnown_m * kKnown_m &&
+         !is_rotation_uncertain(state_.P.topLeftCorner<6, 6>()) &&
+         matcher_.overlap(map_, state_.T_odom_body).beside() < settings_.update.matches_min;
+}
+
 namespace {
 
 /// Whether the LiDAR moves the pose along the axis beyond the predicted covariance: either the

@@ -133,6 +133,7 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   void bend_poses(const geometry::SE3& end);
   void remember_seen(const UpdateResult& done);
   void remember_blindness(const UpdateResult& done);
+  [[nodiscard]] bool is_on_new_ground() const;
   // The bend of a degenerate stretch: robust_bend.cpp.
   void follow_bend(const UpdateResult& done);
   void know_gyro_bias();
