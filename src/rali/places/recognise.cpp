@@ -187,6 +187,37 @@ double conflict_at(const Submap& target, const Submap& source, const SE3& T_targ
   return both.agree + both.conflict < s.upright_min ? 0.0 : both.conflict_fraction();
 }
 
+/// Offsets that cover two and a half sigmas to either side in steps of at most `step`, if possible.
+std::vector<double> offsets(double sigma, double step, int most) {
+  const double reach = 2.5 * sigma;
+  const int n = std::clamp(static_cast<int>(std::ceil(reach / step)), 1, most);
+  std::vector<double> out;
+  for (int k = -n; k <= n; ++k) out.push_back(reach * k / n);
+  return out;
+}
+
+/// The least of all poses that the guess allows: at the guess itself far walls are displaced by
+/// metres if its yaw is a sigma off.
+double least_conflict(const Submap& target, const Submap& source, const Guess& guess,
+                      const VerifySettings& s) {
+  constexpr double kStep_m = 0.3;
+  constexpr double kStep_rad = 1.0 * kDegree;  // 0.35 m, 20 m away
+  const geometry::Vec2 sigma_m =
+      guess.covariance.block<2, 2>(3, 3).diagonal().cwiseMax(0.0).cwiseSqrt();
+  double least = 1.0;
+  for (const double yaw_rad : offsets(yaw_sigma_rad(guess), kStep_rad, 10)) {
+    SE3 pose = guess.T_target_source;
+    pose.R = pose.R * geometry::so3_exp(yaw_rad * Vec3::UnitZ());
+    for (const double x_m : offsets(sigma_m.x(), kStep_m, 3)) {
+      for (const double y_m : offsets(sigma_m.y(), kStep_m, 3)) {
+        pose.p = guess.T_target_source.p + Vec3(x_m, y_m, 0.0);
+        least = std::min(least, conflict_at(target, source, pose, s));
+      }
+    }
+  }
+  return least;
+}
+
 }  // namespace
 
 Recognition recognise(const Submap& target, const Submap& source, const RecogniseSettings& s,
@@ -202,7 +233,7 @@ Recognition recognise(const Submap& target, const Submap& source, const Recognis
   }
   Recognition out = recognise_from(target, source, starts, s, guess);
   if (guess && !out.found()) {
-    out.conflict_as_guessed = conflict_at(target, source, guess->T_target_source, s.verify);
+    out.conflict_as_guessed = least_conflict(target, source, *guess, s.verify);
   }
   return out;
 }

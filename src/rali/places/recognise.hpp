@@ -80,8 +80,9 @@ struct Recognition {
   /// Of the try that passed most checks, if none passed all; kNone: nothing was tried, or one was
   /// found.
   Refusal refusal = Refusal::kNone;
-  /// Contradictions at the guess, if no placement passed: solid points of one submap in free space
-  /// of the other, as a fraction of the points both can judge; 0 where those are too few.
+  /// Contradictions at the pose that the guess allows and that has fewest, if no placement passed:
+  /// solid points of one submap in free space of the other, as a fraction of the points both can
+  /// judge; 0 where those are too few.
   double conflict_as_guessed = 0.0;
 
   [[nodiscard]] bool found() const { return !placements.empty(); }

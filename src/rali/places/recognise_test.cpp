@@ -142,6 +142,25 @@ TEST(recognise, reports_the_conflict_at_a_wrong_pose_guess) {
   EXPECT_GT(none.conflict_as_guessed, 0.3);
 }
 
+// 2.7 degrees move the wall of a pipe that is 20 m away by a metre. Registration refuses what it
+// cannot tell apart there, and the guess, right within its sigma, counted as contradicted.
+TEST(recognise, a_guess_that_is_right_within_its_sigma_is_not_contradicted) {
+  Rng rng(7);
+  const SE3 a = at(0.0, 0.0, 0.0), b = at(3.0, 0.0, 1.0);
+  const Submap target = test::map_of(test::Pipe{}, path(a, 12), rng, 0.003);
+  const Submap source = test::map_of(test::Pipe{}, path(b, 1), rng, 0.003);
+  RecogniseSettings s;
+  s.verify.overlap_min = 1.1;  // nothing is registered
+  for (const double yaw_deg : {-2.7, 0.0, 2.7, 15.0}) {
+    Guess guess = guess_of(a.inverse() * b, 0.1, 3.0);
+    guess.T_target_source = guess.T_target_source * at(0.0, 0.0, yaw_deg);
+    const Recognition r = recognise(target, source, s, guess);
+    ASSERT_FALSE(r.found());
+    EXPECT_EQ(r.conflict_as_guessed > 0.1, yaw_deg > 5.0)
+        << yaw_deg << ": " << r.conflict_as_guessed;
+  }
+}
+
 TEST(recognise, with_a_guess_a_smooth_tunnel_is_degenerate_only_along_its_axis) {
   const Two two(test::tunnel(), at(0.0, 0.2, 1.0), at(2.0, -0.2, 182.0), 7);
   const Recognition r =
