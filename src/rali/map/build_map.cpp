@@ -27,11 +27,16 @@ Result<std::vector<KeyframeLooks>> look_again(const KeyframeStream& keyframes, M
                                               Executor& executor) {
   std::vector<KeyframeLooks> out;
   const Status read = keyframes([&](const KeyframeView& keyframe) {
-    out.push_back({keyframe.vehicle, keyframe.t, motion.look(keyframe, executor), {}});
+    motion.look(keyframe, executor);
+    out.push_back({keyframe.vehicle, keyframe.t, {}, {}});
   });
   if (!read) return tl::make_unexpected(read.error());
+  const std::vector<WallLooks> walls = motion.walls_seen();
   const std::vector<WallsMade> made = motion.walls_made();
-  for (std::size_t i = 0; i < out.size() && i < made.size(); ++i) out[i].made = made[i];
+  for (std::size_t i = 0; i < out.size() && i < made.size(); ++i) {
+    out[i].walls = walls[i];
+    out[i].made = made[i];
+  }
   return out;
 }
 

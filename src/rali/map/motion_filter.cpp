@@ -33,11 +33,19 @@ double pose_variance_m2(const KeyframeView& keyframe) {
 
 }  // namespace
 
+void WallLooks::add(bool passed, bool of_other, bool comparable, int n) {
+  const auto count = [n](std::size_t& sum) { sum += static_cast<std::size_t>(n); };
+  if (of_other) count(others_looks);
+  if (of_other && passed) count(others_passes);
+  if (comparable) count(looks);
+  if (comparable && passed) count(passes);
+}
+
 MotionFilter::MotionFilter(const DynamicSettings& settings) : settings_(settings) {}
 
 void MotionFilter::collect(const KeyframeView& keyframe) {
-  const auto number = static_cast<std::uint32_t>(vehicle_of_.size());
-  vehicle_of_.push_back(keyframe.vehicle);
+  const auto number = static_cast<std::uint32_t>(lookers_.size());
+  lookers_.push_back({keyframe.vehicle, keyframe.t, pose_variance_m2(keyframe), {}, {}});
   if (!is_usable(keyframe)) return;
   RALI_ASSERT(tiles_.empty());  // the first pass ends with the first look()
   const auto pose_m2 = static_cast<float>(pose_variance_m2(keyframe));
@@ -118,15 +126,16 @@ void MotionFilter::mark_planes() {
   }
 }
 
-WallLooks MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
-  if (!is_usable(keyframe) || places_.empty()) return {};
+void MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
+  RALI_ASSERT(next_looker_ < lookers_.size());
+  Looker& looker = lookers_[next_looker_++];
+  if (!is_usable(keyframe) || places_.empty()) return;
   if (tiles_.empty()) sort_into_tiles();
   if (!has_time_) t_first_ = keyframe.t;
   has_time_ = true;
   image_.build(keyframe);
   const geometry::SE3 T_map_lidar = keyframe.T_map_body * keyframe.T_body_lidar;
   const geometry::SE3 T_lidar_map = T_map_lidar.inverse();
-  looker_pose_m2_ = pose_variance_m2(keyframe);
   const SightLimits limits = sight_limits();
   find_seen_tiles(T_lidar_map, limits);
   lines_of_sight_.resize(places_.size());
@@ -140,14 +149,13 @@ WallLooks MotionFilter::look(const KeyframeView& keyframe, Executor& executor) {
                           }
                         }
                       });
-  const WallLooks walls = wall_looks(keyframe.vehicle);
-  if (sees_through_walls(walls)) {
+  look_at_walls(looker);
+  if (sees_through_walls(looker.walls)) {
     ++suspected_;
     mark_looked_through();
   } else {
-    count(static_cast<float>(seconds_between(t_first_, keyframe.t)));
+    count(static_cast<float>(seconds_between(t_first_, keyframe.t)), looker.pose_m2);
   }
-  return walls;
 }
 
 /// A vehicle sees thousands of its own walls, but only a few hundred of another vehicle's wrongly
@@ -177,8 +185,8 @@ void MotionFilter::find_seen_tiles(const geometry::SE3& T_lidar_map, const Sight
   }
 }
 
-bool MotionFilter::is_comparable(const Place& place) const {
-  const double between_m2 = std::abs(looker_pose_m2_ - static_cast<double>(place.pose_m2));
+bool MotionFilter::is_comparable(const Place& place, double looker_pose_m2) const {
+  const double between_m2 = std::abs(looker_pose_m2 - static_cast<double>(place.pose_m2));
   return between_m2 <= settings_.pose_sigma_max_m * settings_.pose_sigma_max_m;
 }
 
@@ -202,19 +210,35 @@ bool MotionFilter::grazes(const Place& place, const geometry::SE3& T_lidar_map,
          limits.radius_m * p_lidar_m.norm();
 }
 
-WallLooks MotionFilter::wall_looks(std::uint8_t vehicle) const {
-  WallLooks out;
+void MotionFilter::look_at_walls(Looker& looker) {
+  constexpr double kFleeting_s = 2.5;
   for (const std::size_t i : near_) {
     for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
-      if (places_[k].wall == kNoWall || lines_of_sight_[k] == Sight::kUnknown) continue;
-      const std::size_t passed = lines_of_sight_[k] == Sight::kPassed ? 1 : 0;
-      if (vehicle_of_[places_[k].maker] != vehicle) {
-        ++out.others_looks;
-        out.others_passes += passed;
+      Place& place = places_[k];
+      if (place.wall == kNoWall || lines_of_sight_[k] == Sight::kUnknown) continue;
+      const Looker& maker = lookers_[place.maker];
+      const bool passed = lines_of_sight_[k] == Sight::kPassed;
+      looker.walls.add(passed, maker.vehicle != looker.vehicle,
+                       is_comparable(place, looker.pose_m2), 1);
+      if (!passed) continue;
+      looker.passed.push_back(static_cast<std::uint32_t>(k));
+      if (maker.vehicle == looker.vehicle &&
+          std::abs(seconds_between(maker.t, looker.t)) < kFleeting_s) {
+        place.fleeting = true;
       }
-      if (!is_comparable(places_[k])) continue;
-      ++out.looks;
-      out.passes += passed;
+    }
+  }
+}
+
+std::vector<WallLooks> MotionFilter::walls_seen() const {
+  std::vector<WallLooks> out;
+  for (const Looker& looker : lookers_) {
+    WallLooks& walls = out.emplace_back(looker.walls);
+    for (const std::uint32_t k : looker.passed) {
+      const Place& place = places_[k];
+      if (!place.fleeting) continue;
+      walls.add(true, lookers_[place.maker].vehicle != looker.vehicle,
+                is_comparable(place, looker.pose_m2), -1);
     }
   }
   return out;
@@ -230,20 +254,20 @@ void MotionFilter::mark_looked_through() {
 }
 
 std::vector<WallsMade> MotionFilter::walls_made() const {
-  std::vector<WallsMade> out(vehicle_of_.size());
+  std::vector<WallsMade> out(lookers_.size());
   for (const Place& place : places_) {
-    if (place.wall == kNoWall) continue;
+    if (place.wall == kNoWall || place.fleeting) continue;
     ++out[place.maker].places;
     if (place.looked_through) ++out[place.maker].passed;
   }
   return out;
 }
 
-void MotionFilter::count(float t_s) {
+void MotionFilter::count(float t_s, double looker_pose_m2) {
   for (const std::size_t i : near_) {
     for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
       Place& place = places_[k];
-      if (!is_comparable(place)) continue;
+      if (!is_comparable(place, looker_pose_m2)) continue;
       if (lines_of_sight_[k] == Sight::kHit && place.hits < 0xffff) ++place.hits;
       if (lines_of_sight_[k] != Sight::kPassed || place.passes == 0xffff) continue;
       if (place.passes++ == 0) place.first_pass_s = t_s;

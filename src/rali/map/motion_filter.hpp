@@ -20,6 +20,9 @@ struct WallLooks {
   std::size_t passes = 0;  ///< of these, that a ray passed: often means a wrong pose
   /// The same for walls that another vehicle saw first, whatever the pose sigmas.
   std::size_t others_looks = 0, others_passes = 0;
+
+  /// One place on a plane, or (n = -1) one less.
+  void add(bool passed, bool of_other, bool comparable, int n);
 };
 
 /// The walls that a keyframe saw first, as tested by other keyframes.
@@ -48,13 +51,16 @@ class MotionFilter {
 
   /// First pass.
   void collect(const KeyframeView& keyframe);
-  /// Second pass, after all keyframes were collected.
-  WallLooks look(const KeyframeView& keyframe, Executor& executor);
+  /// Second pass, after all keyframes were collected, in the same order.
+  void look(const KeyframeView& keyframe, Executor& executor);
   /// Decides. Removes nothing, with a Finding, if more than `plane_fraction_max` of the walls would
   /// be removed: then the poses are wrong.
   void decide(FindingList& findings);
 
-  /// After the second pass: of each keyframe, in the order of collect().
+  /// After the second pass: of each keyframe, in the order of collect(). Places that rays of the
+  /// vehicle that saw them first pass within seconds are no walls: twigs, the edge of a trunk, the
+  /// rear of a car ahead. Within seconds a vehicle's own poses are not in doubt.
+  [[nodiscard]] std::vector<WallLooks> walls_seen() const;
   [[nodiscard]] std::vector<WallsMade> walls_made() const;
 
   /// After decide(): whether this place was occupied only for a while.
@@ -82,6 +88,16 @@ class MotionFilter {
     std::uint32_t wall = kNoWall;  ///< its normal in `normals_map_`, if it is on a plane
     bool removed = false;
     bool looked_through = false;  ///< by a keyframe whose rays pass walls
+    bool fleeting = false;        ///< passed within seconds of its first sight
+  };
+
+  /// What a keyframe has seen of walls.
+  struct Looker {
+    std::uint8_t vehicle = 0;
+    Time t;
+    double pose_m2 = 0.0;
+    WallLooks walls;
+    std::vector<std::uint32_t> passed;  ///< places
   };
 
   /// Places of one cube of 0.8 m are stored together: a keyframe skips the cubes it cannot see.
@@ -98,12 +114,12 @@ class MotionFilter {
   void find_seen_tiles(const geometry::SE3& T_lidar_map, const SightLimits& limits);
   [[nodiscard]] Sight look_at(const Place& place, const geometry::SE3& T_lidar_map,
                               const SightLimits& limits) const;
-  [[nodiscard]] bool is_comparable(const Place& place) const;
+  [[nodiscard]] bool is_comparable(const Place& place, double looker_pose_m2) const;
   [[nodiscard]] bool grazes(const Place& place, const geometry::SE3& T_lidar_map,
                             const geometry::Vec3& p_lidar_m, const SightLimits& limits) const;
-  [[nodiscard]] WallLooks wall_looks(std::uint8_t vehicle) const;
+  void look_at_walls(Looker& looker);
   [[nodiscard]] bool sees_through_walls(const WallLooks& walls) const;
-  void count(float t_s);
+  void count(float t_s, double looker_pose_m2);
   void mark_looked_through();
   [[nodiscard]] bool is_empty_place(const Place& place) const;
   [[nodiscard]] bool is_of_peer(const Place& place) const;
@@ -117,10 +133,10 @@ class MotionFilter {
   std::vector<geometry::Vec3f> normals_map_;  ///< of the cubes that hold a plane
   PlaneGrid fixed_;                           ///< places that were seen while no vehicle was there
   RangeImage image_;
-  std::vector<std::size_t> near_;         ///< tiles that the keyframe may see
-  std::vector<Sight> lines_of_sight_;     ///< by place: result for the current keyframe
-  std::vector<std::uint8_t> vehicle_of_;  ///< by keyframe
-  double looker_pose_m2_ = 0.0;           ///< of the current keyframe
+  std::vector<std::size_t> near_;      ///< tiles that the keyframe may see
+  std::vector<Sight> lines_of_sight_;  ///< by place: result for the current keyframe
+  std::vector<Looker> lookers_;        ///< by keyframe
+  std::size_t next_looker_ = 0;        ///< of the second pass
   Time t_first_;
   bool has_time_ = false;
   std::size_t removed_ = 0;
