@@ -77,7 +77,7 @@ constexpr std::array kRemoved{
     RemovedKey{"mission.stuck_s", kNoLimit},
     RemovedKey{"odometry.robust.drift.tilt_sigma_degpm",
                "It follows from the lasers' errors, which are measured; "
-               "settings.odometry.robust.drift.laser_sigma_deg holds until then"},
+               "until then settings.odometry.robust.drift.laser_sigma_deg is used"},
     RemovedKey{"odometry.robust.initialisation.accel_bias_bound_mps2",
                "settings.odometry.robust.initialisation.accel_bias_sigma_mps2 bounds the bias"},
     RemovedKey{"odometry.robust.initialisation.gyro_bias_bound_radps",

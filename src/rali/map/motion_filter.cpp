@@ -33,14 +33,6 @@ double pose_variance_m2(const KeyframeView& keyframe) {
 
 }  // namespace
 
-void WallLooks::add(bool passed, bool of_other, bool comparable, int n) {
-  const auto count = [n](std::size_t& sum) { sum += static_cast<std::size_t>(n); };
-  if (of_other) count(others_looks);
-  if (of_other && passed) count(others_passes);
-  if (comparable) count(looks);
-  if (comparable && passed) count(passes);
-}
-
 MotionFilter::MotionFilter(const DynamicSettings& settings) : settings_(settings) {}
 
 void MotionFilter::collect(const KeyframeView& keyframe) {
@@ -48,7 +40,7 @@ void MotionFilter::collect(const KeyframeView& keyframe) {
   lookers_.push_back({keyframe.vehicle, keyframe.t, pose_variance_m2(keyframe), {}, {}});
   if (!is_usable(keyframe)) return;
   RALI_ASSERT(tiles_.empty());  // the first pass ends with the first look()
-  const auto pose_m2 = static_cast<float>(pose_variance_m2(keyframe));
+  const auto pose_m2 = static_cast<float>(lookers_.back().pose_m2);
   for (std::size_t i = 0; i < keyframe.size(); ++i) {
     const geometry::Vec3 p_map = keyframe.T_map_body * keyframe.point_body(i);
     const VoxelKey key = voxel_key(p_map, settings_.voxel_m);
@@ -210,22 +202,25 @@ bool MotionFilter::grazes(const Place& place, const geometry::SE3& T_lidar_map,
          limits.radius_m * p_lidar_m.norm();
 }
 
+WallLooks MotionFilter::look_of(const Looker& looker, const Place& place, bool passed) const {
+  const std::size_t others = lookers_[place.maker].vehicle != looker.vehicle ? 1 : 0;
+  const std::size_t own = is_comparable(place, looker.pose_m2) ? 1 : 0;
+  return {own, passed ? own : 0, others, passed ? others : 0};
+}
+
 void MotionFilter::look_at_walls(Looker& looker) {
   constexpr double kFleeting_s = 2.5;
   for (const std::size_t i : near_) {
     for (std::size_t k = tiles_[i].begin; k < tiles_[i].end; ++k) {
       Place& place = places_[k];
       if (place.wall == kNoWall || lines_of_sight_[k] == Sight::kUnknown) continue;
-      const Looker& maker = lookers_[place.maker];
       const bool passed = lines_of_sight_[k] == Sight::kPassed;
-      looker.walls.add(passed, maker.vehicle != looker.vehicle,
-                       is_comparable(place, looker.pose_m2), 1);
+      looker.walls += look_of(looker, place, passed);
       if (!passed) continue;
       looker.passed.push_back(static_cast<std::uint32_t>(k));
-      if (maker.vehicle == looker.vehicle &&
-          std::abs(seconds_between(maker.t, looker.t)) < kFleeting_s) {
-        place.fleeting = true;
-      }
+      const Looker& maker = lookers_[place.maker];
+      place.fleeting |= maker.vehicle == looker.vehicle &&
+                        std::abs(seconds_between(maker.t, looker.t)) < kFleeting_s;
     }
   }
 }
@@ -235,10 +230,7 @@ std::vector<WallLooks> MotionFilter::walls_seen() const {
   for (const Looker& looker : lookers_) {
     WallLooks& walls = out.emplace_back(looker.walls);
     for (const std::uint32_t k : looker.passed) {
-      const Place& place = places_[k];
-      if (!place.fleeting) continue;
-      walls.add(true, lookers_[place.maker].vehicle != looker.vehicle,
-                is_comparable(place, looker.pose_m2), -1);
+      if (places_[k].fleeting) walls -= look_of(looker, places_[k], true);
     }
   }
   return out;

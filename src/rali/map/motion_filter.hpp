@@ -21,8 +21,21 @@ struct WallLooks {
   /// The same for walls that another vehicle saw first, whatever the pose sigmas.
   std::size_t others_looks = 0, others_passes = 0;
 
-  /// One place on a plane, or (n = -1) one less.
-  void add(bool passed, bool of_other, bool comparable, int n);
+  WallLooks& operator+=(const WallLooks& b) {
+    looks += b.looks;
+    passes += b.passes;
+    others_looks += b.others_looks;
+    others_passes += b.others_passes;
+    return *this;
+  }
+
+  WallLooks& operator-=(const WallLooks& b) {
+    looks -= b.looks;
+    passes -= b.passes;
+    others_looks -= b.others_looks;
+    others_passes -= b.others_passes;
+    return *this;
+  }
 };
 
 /// The walls that a keyframe saw first, as tested by other keyframes.
@@ -59,7 +72,7 @@ class MotionFilter {
 
   /// After the second pass: of each keyframe, in the order of collect(). Places that rays of the
   /// vehicle that saw them first pass within seconds are no walls: twigs, the edge of a trunk, the
-  /// rear of a car ahead. Within seconds a vehicle's own poses are not in doubt.
+  /// rear of a car ahead. Within seconds a vehicle's own poses are accurate.
   [[nodiscard]] std::vector<WallLooks> walls_seen() const;
   [[nodiscard]] std::vector<WallsMade> walls_made() const;
 
@@ -117,6 +130,7 @@ class MotionFilter {
   [[nodiscard]] bool is_comparable(const Place& place, double looker_pose_m2) const;
   [[nodiscard]] bool grazes(const Place& place, const geometry::SE3& T_lidar_map,
                             const geometry::Vec3& p_lidar_m, const SightLimits& limits) const;
+  [[nodiscard]] WallLooks look_of(const Looker& looker, const Place& place, bool passed) const;
   void look_at_walls(Looker& looker);
   [[nodiscard]] bool sees_through_walls(const WallLooks& walls) const;
   void count(float t_s, double looker_pose_m2);

@@ -189,8 +189,8 @@ std::size_t passes_of_a_truck(double period_s) {
   return passes;
 }
 
-// A few seconds later a vehicle's own pose is not in doubt, so what its rays pass then is no wall.
-// With a minute in between its pose may be wrong.
+// Within seconds a vehicle's own poses are accurate, so what its rays pass then is no wall. With a
+// minute in between its pose may be wrong.
 TEST(MotionFilter, what_rays_pass_seconds_later_is_no_wall) {
   EXPECT_GT(passes_of_a_truck(60.0), 500U);
   EXPECT_LT(passes_of_a_truck(1.0), 50U);

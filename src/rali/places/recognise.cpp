@@ -187,17 +187,23 @@ double conflict_at(const Submap& target, const Submap& source, const SE3& T_targ
   return both.agree + both.conflict < s.upright_min ? 0.0 : both.conflict_fraction();
 }
 
-/// Offsets that cover two and a half sigmas to either side in steps of at most `step`, if possible.
+/// Offsets of up to 2.5 sigma to either side, small ones first, in steps of `step` if `most` of
+/// them reach as far.
 std::vector<double> offsets(double sigma, double step, int most) {
   const double reach = 2.5 * sigma;
-  const int n = std::clamp(static_cast<int>(std::ceil(reach / step)), 1, most);
-  std::vector<double> out;
-  for (int k = -n; k <= n; ++k) out.push_back(reach * k / n);
+  const int n =
+      static_cast<int>(std::clamp(std::ceil(reach / step), 0.0, static_cast<double>(most)));
+  std::vector<double> out{0.0};
+  for (int k = 1; k <= n; ++k) {
+    out.push_back(reach * k / n);
+    out.push_back(-reach * k / n);
+  }
   return out;
 }
 
 /// The least of all poses that the guess allows: at the guess itself far walls are displaced by
-/// metres if its yaw is a sigma off.
+/// metres if its yaw is a sigma off. The first pose with no more than a match may have ends the
+/// search: it contradicts nothing.
 double least_conflict(const Submap& target, const Submap& source, const Guess& guess,
                       const VerifySettings& s) {
   constexpr double kStep_m = 0.3;
@@ -212,6 +218,7 @@ double least_conflict(const Submap& target, const Submap& source, const Guess& g
       for (const double y_m : offsets(sigma_m.y(), kStep_m, 3)) {
         pose.p = guess.T_target_source.p + Vec3(x_m, y_m, 0.0);
         least = std::min(least, conflict_at(target, source, pose, s));
+        if (least <= s.conflict_max) return least;
       }
     }
   }

@@ -90,7 +90,7 @@ TEST(LaserErrors, are_subtracted_from_the_points_of_their_laser) {
   EXPECT_NEAR(scan.y_m[0] / scan.x_m[0], 8.0 / 6.0, 1e-6);
   EXPECT_FLOAT_EQ(scan.z_m[1], -1.0F);
   EXPECT_NEAR(scan.z_m[2], -1.0 + 0.1 / std::hypot(10.0, 1.0), 1e-6);
-  EXPECT_NEAR(scan.x_m[2], 6.0 - 0.6 / std::hypot(10.0, 1.0) * 10.0 / 10.0, 1e-5);
+  EXPECT_NEAR(scan.x_m[2], 6.0 - 0.6 / std::hypot(10.0, 1.0), 1e-5);
   EXPECT_FLOAT_EQ(scan.z_m[3], 3.0F) << "straight up no elevation changes it";
 }
 

@@ -25,10 +25,6 @@ constexpr int kDriven = 10;
 /// whatever the samples show: the bias wanders as well.
 constexpr double kMin = 1.0 / 3.0;
 
-/// With fewer matches than so many times the minimum a scan does not outweigh the inertial data: in
-/// a map of few views planes may be false.
-constexpr int kMany = 3;
-
 }  // namespace
 
 ProcessNoise RobustOdometry::process_noise() const {
@@ -126,7 +122,7 @@ FilterState RobustOdometry::with_step(const FilterState& predicted, double size,
 void RobustOdometry::allow_jolt(const FilterState& predicted, UpdateResult& done) {
   constexpr double kGrowth = 4.0;
   constexpr double kMax = 256.0;
-  if (done.nis > settings_.update.jolt_nis && done.matches < kMany * settings_.update.matches_min) {
+  if (done.nis > settings_.update.jolt_nis && !has_many_matches(done)) {
     state_ = predicted;
     done = UpdateResult{};
     return;
@@ -159,9 +155,7 @@ void RobustOdometry::look_again(const FilterState& predicted, UpdateResult& done
   FilterState other = steady;
   const UpdateResult again =
       update_with_scan(other, matcher_, map_, steady.T_odom_body, settings_, axes_, closed(), true);
-  if (again.matches < kMany * settings_.update.matches_min || again.fit < kBetter * done.fit) {
-    return;
-  }
+  if (!has_many_matches(again) || again.fit < kBetter * done.fit) return;
   state_ = other;
   done = again;
 }

@@ -299,8 +299,7 @@ void RobustOdometry::judge(const UpdateResult& update, FindingList& findings) {
   constexpr double kLost_s = 2.0;
   const std::string impossible = impossible_motion();
   if (impossible.empty() && update.matches >= settings_.update.matches_min) {
-    track_state_ =
-        update.matches >= 3 * settings_.update.matches_min ? TrackState::kGood : TrackState::kWeak;
+    track_state_ = has_many_matches(update) ? TrackState::kGood : TrackState::kWeak;
     t_last_good_ = state_.t;
     return;
   }

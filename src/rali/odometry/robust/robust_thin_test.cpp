@@ -100,8 +100,8 @@ TestRoom square() {
 }
 
 // The map of the standing scans has few planes, and none where the first moving scans look. Left
-// out, they keep it from growing: the vehicle was lost for two seconds, or held a wrong match of 15
-// points for a jolt and drove off backwards.
+// out, they keep it from growing: the vehicle was lost for two seconds, or a wrong match of 15
+// points counted as a jolt and it drove off backwards.
 TEST(NewGround, a_vehicle_that_starts_in_the_open_is_not_lost) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     TestRoom room = square();
@@ -109,8 +109,9 @@ TEST(NewGround, a_vehicle_that_starts_in_the_open_is_not_lost) {
     Driven driven(room, 90, true);
     const double off = (driven.now().T_odom_body.p - room.pose(TestRoom::kScan_s * 90).p).norm();
     EXPECT_LT(off, 0.15) << "seed " << seed;
-    for (const Finding& f : driven.findings)
+    for (const Finding& f : driven.findings) {
       EXPECT_NE(f.id, "odometry.diverged") << "seed " << seed;
+    }
   }
 }
 

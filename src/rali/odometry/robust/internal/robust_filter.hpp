@@ -134,6 +134,13 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   void remember_seen(const UpdateResult& done);
   void remember_blindness(const UpdateResult& done);
   [[nodiscard]] bool is_on_new_ground() const;
+
+  /// With fewer a scan does not outweigh the inertial data: in a map of few views planes may be
+  /// false.
+  [[nodiscard]] bool has_many_matches(const UpdateResult& done) const {
+    return done.matches >= 3 * settings_.update.matches_min;
+  }
+
   // The bend of a degenerate stretch: robust_bend.cpp.
   void follow_bend(const UpdateResult& done);
   void know_gyro_bias();
