@@ -166,8 +166,15 @@ void add_silent(const TrackScore& track, const std::string& vehicle, const char*
   }
 }
 
-std::string file(const drive::MapSummary& summary, const char* kind, const std::string& vehicle) {
-  return summary.out_dir + '/' + kind + '/' + vehicle;
+/// Poses of `kind` of a vehicle, with the stamps that its scans had in the recording: the mapping
+/// moves them to the clock of the inertial sensor, by an offset that it reports.
+std::optional<Estimates> read(const drive::MapSummary& summary, const char* kind, VehicleId id) {
+  const auto& vehicle = summary.vehicles[id.value];
+  auto out = read(summary.out_dir + '/' + kind + '/' + vehicle.name);
+  if (!out) return std::nullopt;
+  const Duration added = Duration::from_s(vehicle.input.lidar_time_offset.value_s);
+  for (eval::StampedPose& pose : out->poses) pose.t = pose.t - added;
+  return out;
 }
 
 /// Frame of the final poses of a group: by all of them, or by the first of its first vehicle.
@@ -177,7 +184,7 @@ std::optional<SE3> final_frame(const Recording& recording, const drive::MapSumma
   std::optional<SE3> first;
   for (const VehicleId id : group) {
     const Track& track = recording.tracks()[id.value];
-    const auto estimates = read(file(summary, "trajectory", track.name));
+    const auto estimates = read(summary, "trajectory", id);
     if (!estimates) continue;
     if (!first) first = frame_at_first(*estimates, track);
     if (!best_fit && first) return first;
@@ -193,18 +200,18 @@ std::optional<SE3> final_frame(const Recording& recording, const drive::MapSumma
 }
 
 /// Scores the odometry and counts the findings about the vehicle.
-void judge_alone(const Recording& recording, const drive::MapSummary& summary, std::size_t v,
+void judge_alone(const Recording& recording, const drive::MapSummary& summary, VehicleId id,
                  RunScore& out) {
-  const Track& track = recording.tracks()[v];
+  const Track& track = recording.tracks()[id.value];
   VehicleScore score_v;
   score_v.name = track.name;
   score_v.distance_m = track.distance_m;
-  score_v.diverged_s = summary.vehicles[v].diverged_s;
+  score_v.diverged_s = summary.vehicles[id.value].diverged_s;
   for (const Finding& f : summary.findings) {
     score_v.pose_findings += is_lost_finding(f) && f.vehicle == track.name ? 1 : 0;
   }
   out.lost = out.lost || score_v.diverged_s > 0.0;
-  if (const auto odometry = read(file(summary, "odometry", track.name))) {
+  if (const auto odometry = read(summary, "odometry", id)) {
     if (const auto T = frame_at_first(*odometry, track)) {
       score_v.odometry = score(*odometry, track, *T, recording.t_start());
       add_silent(*score_v.odometry, track.name, "odometry", recording, summary.findings, out);
@@ -218,7 +225,7 @@ std::optional<SE3> live_frame(const Recording& recording, const drive::MapSummar
                               const std::vector<VehicleId>& group) {
   for (const VehicleId id : group) {
     const Track& track = recording.tracks()[id.value];
-    const auto live = read(file(summary, "live", track.name));
+    const auto live = read(summary, "live", id);
     const auto T = live ? frame_at_first(*live, track) : std::nullopt;
     if (!T) continue;
     return summary.vehicles[id.value].levelled ? upright(*T, live->poses.front().T) : *T;
@@ -235,11 +242,11 @@ void judge_group(const Recording& recording, const drive::MapSummary& summary,
   for (const VehicleId id : group) {
     const Track& track = recording.tracks()[id.value];
     VehicleScore& v = out.vehicles[id.value];
-    if (const auto live = read(file(summary, "live", track.name)); live && T_live) {
+    if (const auto live = read(summary, "live", id); live && T_live) {
       v.live = score(*live, track, *T_live, recording.t_start());
       add_silent(*v.live, track.name, "live", recording, summary.findings, out);
     }
-    const auto path = read(file(summary, "trajectory", track.name));
+    const auto path = read(summary, "trajectory", id);
     if (!path || !T_final) continue;
     v.final = score(*path, track, *T_final, recording.t_start());
     if (T_first) {
@@ -282,7 +289,7 @@ RunScore judge_run(const Recording& recording, const drive::MapSummary& summary)
   }
   out.reported.assign(reported.begin(), reported.end());
   for (std::size_t v = 0; v < recording.tracks().size(); ++v) {
-    judge_alone(recording, summary, v, out);
+    judge_alone(recording, summary, VehicleId{static_cast<std::uint16_t>(v)}, out);
   }
   std::vector<std::vector<VehicleId>> groups = summary.fleet.groups;
   if (groups.empty()) {
