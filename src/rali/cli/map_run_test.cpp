@@ -185,7 +185,7 @@ TEST(MapSummary, summarises_the_run_in_a_few_lines) {
   drive::MapSummary joined = summary_of(2);
   joined.fleet.groups = {{VehicleId{0}, VehicleId{1}}};
   joined.fleet.frames[1].group = 0;
-  joined.fleet.frames[1].decided_by = "the prior";
+  joined.fleet.frames[1].decided_by = fleet::DecidedBy::kPrior;
   joined.fleet.frames[1].sigma_m = 0.04;
   joined.fleet.frames[1].sigma_rad = 0.0035;
   joined.fleet.loops.resize(4);

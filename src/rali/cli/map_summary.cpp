@@ -36,14 +36,14 @@ std::string vehicles_line(const MapSummary& summary) {
   const fleet::FleetEstimate& fleet = summary.fleet;
   std::vector<std::string> placed;
   for (const fleet::VehicleFrame& frame : fleet.frames) {
-    if (frame.decided_by.empty()) continue;
+    if (!frame.decided_by) continue;
     const std::string heading =
         heading_is_known(frame.sigma_rad)
             ? fmt::format("{:.1f} deg", frame.sigma_rad * 180.0 / std::numbers::pi)
             : "heading unknown";
     placed.push_back(fmt::format("{} placed by {}, sigma {:.2f} m, {}",
-                                 summary.vehicles[frame.vehicle.value].name, frame.decided_by,
-                                 frame.sigma_m, heading));
+                                 summary.vehicles[frame.vehicle.value].name,
+                                 decided_by_text(*frame.decided_by), frame.sigma_m, heading));
   }
   std::string line = fmt::format("{} vehicles", summary.vehicles.size());
   if (fleet.groups.size() == 1) line += " in one frame";

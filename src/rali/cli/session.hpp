@@ -54,8 +54,6 @@ class Session {
 
   [[nodiscard]] bool live() const { return live_; }  ///< stderr is a terminal with cursor control
 
-  [[nodiscard]] bool coloured() const { return coloured_; }
-
   /// False after a failed write to stdout (a full disk).
   [[nodiscard]] bool stdout_whole() const { return stdout_whole_; }
 

@@ -70,7 +70,7 @@ std::vector<std::pair<Time, VehicleId>> ranges_of(const FleetFacts::Member& memb
 /// The direction that the LiDAR constrains least at a degenerate node, in odom.
 Vec3 least_known_odom(const fleet::Increment& step) {
   const Eigen::SelfAdjointEigenSolver<geometry::Mat3> eigen(
-      step.lidar_information.bottomRightCorner<3, 3>());
+      geometry::Mat3(step.lidar_information.bottomRightCorner<3, 3>()));
   return eigen.info() == Eigen::Success ? Vec3(eigen.eigenvectors().col(0)) : Vec3::Zero();
 }
 

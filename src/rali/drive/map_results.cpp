@@ -82,9 +82,11 @@ Status MapRun::write_ranges() {
   std::vector<InputReport> reports;
   for (const VehicleSummary& v : summary_.vehicles) reports.push_back(v.input);
   const std::vector<fleet::VehicleFrame>& frames = summary_.fleet.frames;
-  const bool placing = std::any_of(
-      frames.begin(), frames.end(),
-      [](const fleet::VehicleFrame& frame) { return frame.decided_by.starts_with("ranges"); });
+  const bool placing =
+      std::any_of(frames.begin(), frames.end(), [](const fleet::VehicleFrame& frame) {
+        return frame.decided_by == fleet::DecidedBy::kRanges ||
+               frame.decided_by == fleet::DecidedBy::kRangesAndScans;
+      });
   for (Finding& f : range_findings(summary_.ranges, job_, reports, placing)) report(std::move(f));
   return range_log_.write(job_.out_dir + "/ranges.csv");
 }

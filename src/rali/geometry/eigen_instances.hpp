@@ -8,7 +8,9 @@
 
 /// The decompositions of Eigen that many files use, compiled once in eigen_instances.cpp: each
 /// costs 2 to 9 s in every file that compiles it anew. The modules' precompiled headers include
-/// this header, so no file needs to. A build without them gives the same results.
+/// this header, so no file needs to. A build without them gives the same results. They take
+/// matrices: what is given an expression, as in SelfAdjointEigenSolver<Mat3>(A * B), is compiled
+/// anew there.
 
 #ifndef RALI_EIGEN_INSTANCE
 #define RALI_EIGEN_INSTANCE extern template
@@ -24,6 +26,10 @@ RALI_EIGEN_SYMMETRIC(Matrix3d)
 RALI_EIGEN_SYMMETRIC(rali::geometry::Mat6)
 RALI_EIGEN_SYMMETRIC(MatrixXd)
 #undef RALI_EIGEN_SYMMETRIC
+
+RALI_EIGEN_INSTANCE class GeneralizedSelfAdjointEigenSolver<Matrix2d>;
+RALI_EIGEN_INSTANCE class GeneralizedSelfAdjointEigenSolver<Matrix3d>;
+RALI_EIGEN_INSTANCE class GeneralizedSelfAdjointEigenSolver<rali::geometry::Mat6>;
 
 RALI_EIGEN_INSTANCE class PartialPivLU<rali::geometry::Mat6>;  // inverse(), too
 RALI_EIGEN_INSTANCE class JacobiSVD<Matrix3d>;

@@ -22,8 +22,8 @@ struct ScaledEigen {
 
   explicit ScaledEigen(const Eigen::MatrixXd& H) {
     unscale = H.diagonal().unaryExpr([](double v) { return v > 0.0 ? 1.0 / std::sqrt(v) : 0.0; });
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unscale.asDiagonal() * H *
-                                                               unscale.asDiagonal());
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+        Eigen::MatrixXd(unscale.asDiagonal() * H * unscale.asDiagonal()));
     const double minimum = kDropEigenvalue * eigen.eigenvalues().maxCoeff();
     values = eigen.eigenvalues().unaryExpr([minimum](double v) { return v > minimum ? v : 0.0; });
     vectors = eigen.eigenvectors();

@@ -45,8 +45,9 @@ struct Anchor {
 // D with |skew(theta) D|^2 = theta' Omega theta, as near as a real D can be: then (R_j - R_i R_i_j)
 // D weights a rotation as the information does. D D' = tr(Omega)/2 - Omega.
 Mat3 chord_of(const Mat3& information) {
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(0.5 * information.trace() * Mat3::Identity() -
-                                                  0.5 * (information + information.transpose()));
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(
+      Mat3(0.5 * information.trace() * Mat3::Identity() -
+           0.5 * (information + information.transpose())));
   const Vec3 roots = eigen.eigenvalues().cwiseMax(kWeakInformationRad2).cwiseSqrt();
   return eigen.eigenvectors() * roots.asDiagonal() * eigen.eigenvectors().transpose();
 }

@@ -46,9 +46,6 @@ class RangeImage {
   [[nodiscard]] bool may_see(const geometry::Vec3& middle_lidar_m, double ball_m,
                              const SightLimits& limits) const;
 
-  /// Mean angle between neighbouring rays of one laser [rad]; infinity without points.
-  [[nodiscard]] double ray_spacing_rad() const { return ray_spacing_rad_; }
-
   [[nodiscard]] int rows() const { return rows_; }
 
  private:
@@ -83,7 +80,8 @@ class RangeImage {
   int rows_ = 0;
   float elevation_min_rad_ = 0.0F;
   float row_pitch_rad_ = 1.0F;
-  double ray_spacing_rad_ = 0.0;
+  double ray_spacing_rad_ =
+      0.0;                     ///< mean, between neighbours of one laser; infinite without points
   std::vector<Pixel> pixels_;  ///< rows of kStride
   std::vector<Pixel> rays_;    ///< scratch: one per point
 };

@@ -16,7 +16,6 @@ enum class LinkState {
   kSuspect,  ///< most recent ranges did not pass the gate: none is used
   kLost      ///< silent
 };
-inline constexpr ChoiceNames<3> kLinkStateNames{"good", "suspect", "lost"};
 
 /// Advice to the caller besides the use of a range.
 enum class LinkAdvice {

@@ -22,7 +22,7 @@ namespace {
 /// The level direction of largest variance, unit.
 Vec3 worst_level(const Mat3& covariance_m2, const Vec3& up) {
   const Mat3 level = Mat3::Identity() - up * up.transpose();
-  const Eigen::SelfAdjointEigenSolver<Mat3> solver(level * covariance_m2 * level);
+  const Eigen::SelfAdjointEigenSolver<Mat3> solver(Mat3(level * covariance_m2 * level));
   const Vec3 worst = level * solver.eigenvectors().col(2);
   return worst.normalized();
 }

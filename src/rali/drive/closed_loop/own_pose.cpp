@@ -15,7 +15,7 @@ fleet::OwnPose own_pose(const vehicle::PoseEstimate& pose, bool levelled) {
   own.degenerate = pose.degeneracy.degenerate;
   own.degenerate_odom = pose.degeneracy.degenerate_odom;
   const Eigen::SelfAdjointEigenSolver<geometry::Mat3> eigen(
-      pose.covariance.bottomRightCorner<3, 3>(), Eigen::EigenvaluesOnly);
+      geometry::Mat3(pose.covariance.bottomRightCorner<3, 3>()), Eigen::EigenvaluesOnly);
   const double largest = eigen.eigenvalues().maxCoeff();
   own.sigma_m = std::isfinite(largest) && largest > 0.0 ? std::sqrt(largest) : 0.0;
   return own;

@@ -92,7 +92,7 @@ double fraction_of(Time t, double path_m, const Knot& a, const Knot& b) {
 /// between the two. The odometry's covariance alone excludes the error of the map as a whole: a
 /// vehicle at standstill for minutes after its last keyframe stated a third of it.
 Mat6 carried(const Knot& knot, const PoseRecord& pose) {
-  const Eigen::SelfAdjointEigenSolver<Mat6> grown(pose.covariance - knot.covariance_reported);
+  const Eigen::SelfAdjointEigenSolver<Mat6> grown(Mat6(pose.covariance - knot.covariance_reported));
   const geometry::Vec6 gathered = grown.eigenvalues().cwiseMax(0.0);
   return knot.covariance +
          grown.eigenvectors() * gathered.asDiagonal() * grown.eigenvectors().transpose();

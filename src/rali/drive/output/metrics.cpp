@@ -194,7 +194,8 @@ Json fleet_json(const MapSummary& summary) {
     json["groups"].push_back(names);
   }
   for (const fleet::VehicleFrame& f : fleet.frames) {
-    json["frames"][summary.vehicles[f.vehicle.value].name] = {{"decided_by", f.decided_by},
+    const std::string_view by = f.decided_by ? decided_by_text(*f.decided_by) : "";
+    json["frames"][summary.vehicles[f.vehicle.value].name] = {{"decided_by", by},
                                                               {"sigma_m", number(f.sigma_m)},
                                                               {"sigma_rad", number(f.sigma_rad)},
                                                               {"waits_for", f.waits_for}};

@@ -8,6 +8,7 @@
 
 #include "rali/base/ids.hpp"
 #include "rali/base/time.hpp"
+#include "rali/fleet/frames/decided_by.hpp"
 #include "rali/geometry/se3.hpp"
 
 namespace rali::fleet {
@@ -26,11 +27,11 @@ struct VehicleFrame {
   /// Index in FleetEstimate::groups. Vehicles of one group share one map; its frame is that of the
   /// group's first vehicle: origin and heading of its first pose, z up.
   std::size_t group = 0;
-  geometry::SE3 T_map_odom;  ///< at the vehicle's first node
-  double sigma_m = 0.0;      ///< of its first position in the map, horizontal
-  double sigma_rad = 0.0;    ///< of its heading
-  std::string decided_by;  ///< "ranges", "ranges and scans", "the prior"; empty: the group's first
-  std::string waits_for;   ///< a sentence: what is missing to join it; empty: nothing
+  geometry::SE3 T_map_odom;             ///< at the vehicle's first node
+  double sigma_m = 0.0;                 ///< of its first position in the map, horizontal
+  double sigma_rad = 0.0;               ///< of its heading
+  std::optional<DecidedBy> decided_by;  ///< nothing: the group's first
+  std::string waits_for;                ///< a sentence: what is missing to join it; empty: nothing
 };
 
 /// Result of comparing two keyframes that may show one place.

@@ -122,7 +122,7 @@ TEST(FrameSearch, joins_two_paths_by_place_recognition_alone) {
                                           driven(w, 1, 56.0, 12.0, T_odom2_world)};
   const PathFrames frames = found(paths);
   ASSERT_EQ(frames.groups.size(), 1U);
-  EXPECT_EQ(frames.decided_by[1], "scans");
+  EXPECT_EQ(frames.decided_by[1], DecidedBy::kScans);
   // Start of the second path relative to that of the first: 52 m ahead, rotated by half a turn.
   const SE3 T = frames.T_map_odom[1] * paths[1].nodes().front().step.T_odom_body;
   EXPECT_NEAR((T.p - Vec3(52.0, 0.0, 0.0)).norm(), 0.0, 0.1);

@@ -23,7 +23,7 @@ FleetEstimate estimate(const std::vector<StartPrior>& starts,
   frames.group = {0, 0, 1};
   frames.T_map_odom.resize(3);
   frames.T_map_odom[1].p = {0.0, 3.0, 0.0};
-  frames.decided_by = {"", "ranges and scans", ""};
+  frames.decided_by = {std::nullopt, DecidedBy::kRangesAndScans, std::nullopt};
   const JointRanges ranges;
   FleetSettings settings;
   settings.loops.passes = 1;

@@ -25,7 +25,7 @@ bool is_information(const Eigen::MatrixXd& H) {
   const Eigen::VectorXd scale =
       H.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
-      scale.asDiagonal() * H * scale.asDiagonal(), Eigen::EigenvaluesOnly);
+      Eigen::MatrixXd(scale.asDiagonal() * H * scale.asDiagonal()), Eigen::EigenvaluesOnly);
   return eigen.info() == Eigen::Success && eigen.eigenvalues().minCoeff() >= -kRounding;
 }
 

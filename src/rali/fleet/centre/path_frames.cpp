@@ -94,7 +94,7 @@ PathFrames frames_of(std::span<const VehiclePath> paths, const FleetFrames& fram
   PathFrames out;
   out.group.assign(paths.size(), 0);
   out.T_map_odom.assign(paths.size(), SE3{});
-  out.decided_by.assign(paths.size(), "");
+  out.decided_by.assign(paths.size(), std::nullopt);
   const auto index_of = [&](StreamKey key) {
     std::size_t i = 0;
     while (i < paths.size() && stream_of(paths[i]) != key) ++i;
@@ -109,7 +109,7 @@ PathFrames frames_of(std::span<const VehiclePath> paths, const FleetFrames& fram
       if (members.empty()) {
         T_map_ref = (group.frames.T_ref_odom[k].se3() * T_level_map(paths[path])).inverse();
       } else {
-        out.decided_by[path] = decided_by_text(group.by[k]);
+        out.decided_by[path] = group.by[k];
       }
       out.T_map_odom[path] =
           T_map_ref * group.frames.T_ref_odom[k].se3() * T_level_odom(paths[path]);

@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "rali/fleet/centre/joint_ranges.hpp"
@@ -40,10 +39,10 @@ void add_start(const VehiclePath& relative_to, const VehiclePath& path,
 /// Joined paths: of each path the index of its group and the pose of its odom in the group's map,
 /// whose origin and heading are those of the group's first body.
 struct PathFrames {
-  std::vector<std::vector<std::size_t>> groups;  ///< largest first, the reference first
-  std::vector<std::size_t> group;                ///< per path
-  std::vector<geometry::SE3> T_map_odom;         ///< per path
-  std::vector<std::string> decided_by;           ///< per path; empty: the group's first
+  std::vector<std::vector<std::size_t>> groups;      ///< largest first, the reference first
+  std::vector<std::size_t> group;                    ///< per path
+  std::vector<geometry::SE3> T_map_odom;             ///< per path
+  std::vector<std::optional<DecidedBy>> decided_by;  ///< per path; nothing: the group's first
 };
 
 [[nodiscard]] PathFrames frames_of(std::span<const VehiclePath> paths, const FleetFrames& frames);

@@ -87,20 +87,6 @@ Decision decide_with_prior(const HypothesisSet& set, Decision d, const InitSetti
 
 }  // namespace
 
-std::string_view decided_by_text(DecidedBy by) {
-  switch (by) {
-    case DecidedBy::kRanges:
-      return "ranges";
-    case DecidedBy::kScans:
-      return "scans";
-    case DecidedBy::kRangesAndScans:
-      return "ranges and scans";
-    case DecidedBy::kPrior:
-      return "the prior";
-  }
-  return "";
-}
-
 bool fit_is_plausible(double fit_chi2, int dof, const CommitSettings& settings) {
   if (dof <= 0) return fit_chi2 <= settings.gap_chi2;
   const double fit = fit_chi2 / dof;

@@ -1,17 +1,10 @@
 #pragma once
 
-#include <string_view>
-
 #include "rali/base/time.hpp"
+#include "rali/fleet/frames/decided_by.hpp"
 #include "rali/fleet/frames/observability.hpp"
 
 namespace rali::fleet {
-
-/// The measurements that determine a frame.
-enum class DecidedBy { kRanges, kScans, kRangesAndScans, kPrior };
-
-/// As shown to the user: "ranges and scans".
-[[nodiscard]] std::string_view decided_by_text(DecidedBy by);
 
 /// One evaluation (algorithms_fleet 7.4, steps 4 and 5).
 struct Decision {

@@ -134,8 +134,10 @@ TEST(CommitGate, prefers_the_start_pose_if_the_ranges_fit_no_hypothesis) {
   EXPECT_EQ(d.chosen, 1U);
 }
 
-TEST(CommitGate, in_paper_mode_waits_for_ten_keyframes_and_a_prior) {
-  const InitSettings settings = paper_init_settings();
+TEST(CommitGate, by_the_papers_rule_waits_for_ten_keyframes_and_a_prior) {
+  InitSettings settings;
+  settings.commit.rule = CommitRule::kAtSize;
+  settings.commit.min_keyframes = 10;
   HypothesisSet set = two(1e4, 1e4);
   const Observability seen = observability(set, settings);
   EXPECT_EQ(decide(set, seen, 20, settings).advice, Advice::kNoPrior);

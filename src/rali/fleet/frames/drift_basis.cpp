@@ -27,7 +27,7 @@ constexpr double kMinOfMany_m = 0.01;  ///< 24 of them are less than half a rang
 /// Axes times sigma of the growth of a covariance; decreases count as zero.
 std::vector<Vec3> growth_axes(const Mat3& before, const Mat3& after, double min_sigma_m) {
   const Mat3 grown = after - before;
-  const Eigen::SelfAdjointEigenSolver<Mat3> solver(0.5 * (grown + grown.transpose()));
+  const Eigen::SelfAdjointEigenSolver<Mat3> solver(Mat3(0.5 * (grown + grown.transpose())));
   std::vector<Vec3> out;
   for (int k = 0; k < 3; ++k) {
     const double sigma_m = std::sqrt(std::max(0.0, solver.eigenvalues()[k]));

@@ -196,18 +196,4 @@ struct InitSettings {
   }
 };
 
-/// Preset `paper` (7.1): six degrees of freedom about a prior, fixed weights, no offset of radios,
-/// accepted as soon as the local map is large enough and never changed.
-[[nodiscard]] inline InitSettings paper_init_settings() {
-  InitSettings s;
-  s.bias_sigma_m = 0.0;
-  s.freeze = true;
-  s.scan2map.weight = ScanWeight::kFixed;
-  s.drift.tilt_deg = s.prior.yaw_deg;
-  s.search.huber = 1.345;
-  s.commit.rule = CommitRule::kAtSize;
-  s.commit.min_keyframes = 10;
-  return s;
-}
-
 }  // namespace rali::fleet

@@ -30,7 +30,7 @@ map::KeyframeView view_of(VehicleId vehicle, Time t, const SE3& T_map_body,
 std::optional<Vec2> degenerate_axis_odom(const Increment& step) {
   if (!step.degenerate) return std::nullopt;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(
-      step.lidar_information.block<2, 2>(3, 3));
+      Eigen::Matrix2d(step.lidar_information.block<2, 2>(3, 3)));
   if (eigen.info() != Eigen::Success) return std::nullopt;
   return Vec2(eigen.eigenvectors().col(0));
 }

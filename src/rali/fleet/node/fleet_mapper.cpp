@@ -26,7 +26,7 @@ constexpr std::size_t kPosesPerPart = 500;
 PoseSigma sigma_of(const geometry::Mat6& P) {
   PoseSigma sigma;
   const auto root = [](double variance) { return std::sqrt(std::max(0.0, variance)); };
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(P.block<2, 2>(3, 3));
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(Eigen::Matrix2d(P.block<2, 2>(3, 3)));
   if (eigen.info() != Eigen::Success) return sigma;
   sigma.minor_m = root(eigen.eigenvalues()[0]);
   sigma.major_m = root(eigen.eigenvalues()[1]);

@@ -39,7 +39,7 @@ class AtomicFile {
   [[nodiscard]] Status overwrite(std::uint64_t offset, std::span<const std::byte> bytes);
 
   /// Flushes everything written so far to the disk (fdatasync of the temporary file). It then
-  /// survives a kill and a power loss, under the name temporary_path().
+  /// survives a kill and a power loss, under its temporary name.
   [[nodiscard]] Status sync();
 
   /// After a failed write (full disk): renames the file with its whole lines to NAME, which needs
@@ -53,8 +53,6 @@ class AtomicFile {
   [[nodiscard]] std::uint64_t size() const { return written_ + buffer_.size(); }
 
   [[nodiscard]] const std::string& path() const { return path_; }
-
-  [[nodiscard]] const std::string& temporary_path() const { return temporary_; }
 
  private:
   AtomicFile(std::string path, std::string temporary, int fd, OnAbandon on_abandon);

@@ -30,7 +30,7 @@ constexpr double kSameDirection = 0.9;  // cosine
 constexpr double kPivotMin = 1e-9;      // relative; less observable rotations are not adapted
 
 Mat3 inverse_of_rotation(const Mat6& I) {
-  const Eigen::SelfAdjointEigenSolver<Mat3> rotation(I.topLeftCorner<3, 3>());
+  const Eigen::SelfAdjointEigenSolver<Mat3> rotation(Mat3(I.topLeftCorner<3, 3>()));
   const Vec3& values = rotation.eigenvalues();
   const double minimum = kPivotMin * std::max(values.z(), 0.0);
   Vec3 inverse = Vec3::Zero();

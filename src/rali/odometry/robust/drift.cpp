@@ -63,7 +63,7 @@ MapFollowing MapFollowing::of(const Mat6& P_predicted, const Mat6& information) 
   const Eigen::SelfAdjointEigenSolver<Mat6> of_P(P_predicted);
   const Mat6 root = of_eigenvalues(of_P, sigma);
   const Mat6 inverse = of_eigenvalues(of_P, [&](double x) { return 1.0 / sigma(x); });
-  const Eigen::SelfAdjointEigenSolver<Mat6> scaled(root * information * root);
+  const Eigen::SelfAdjointEigenSolver<Mat6> scaled(Mat6(root * information * root));
   const auto gain = [](double x) { return std::max(x, 0.0) / (1.0 + std::max(x, 0.0)); };
   return {
       root * of_eigenvalues(scaled, [&](double x) { return std::sqrt(gain(x)); }) * inverse,
@@ -119,7 +119,8 @@ bool Drift::has_grown(const Mat6& newest, const Mat6& now) {
   constexpr double kFactor = 2.0;     // of variances
   constexpr double kMin_m2 = 2.5e-3;  // 5 cm
   const auto maximum = [](const Mat6& P) {
-    return Eigen::SelfAdjointEigenSolver<Mat3>(P.bottomRightCorner<3, 3>(), Eigen::EigenvaluesOnly)
+    return Eigen::SelfAdjointEigenSolver<Mat3>(Mat3(P.bottomRightCorner<3, 3>()),
+                                               Eigen::EigenvaluesOnly)
         .eigenvalues()[2];
   };
   return maximum(now) > kFactor * maximum(newest) + kMin_m2;

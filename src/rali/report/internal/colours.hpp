@@ -30,6 +30,5 @@ struct Style {
 [[nodiscard]] Style style_of(std::size_t i);
 
 inline constexpr Rgb kTruthColour = {110, 116, 126};
-inline constexpr Rgb kDegenerateColour = {213, 94, 0};
 
 }  // namespace rali::report
