@@ -1,5 +1,6 @@
 // Interruptions of all data: neither scans nor inertial samples for seconds.
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -142,6 +143,44 @@ TEST(RobustGap, half_a_second_without_data_is_no_interruption) {
   const After run = drive({}, {6.0, 6.5}, 8.0);
   EXPECT_EQ(text_of(run), "");
   EXPECT_LT(run.errors_m.back(), 0.04);
+}
+
+// After 3 s without scans, while it turned by 90 degrees into the next corridor, a vehicle was put
+// back into the first one: a scan of the second looks like one of the first without the turn.
+TEST(RobustGap, scans_missing_in_a_turn_are_bridged_by_inertial_data) {
+  constexpr double kGap_s = 3.0;
+  TestRoom room;
+  room.walls = {{-5.0, -1.5, -1.0}, {20.0, 1.5, 2.6}};
+  room.pillars.clear();
+  room.rest_s = 3.0;
+  room.speed_mps = 4.0;
+  room.radius_m = kGap_s * room.speed_mps / (0.5 * std::numbers::pi);
+  const double begin_s = room.rest_s + room.ramp_s;
+  const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}}, true);
+  SerialExecutor executor;
+  FindingList findings;
+  SE3 T_world_odom;
+  int imu_index = 0;
+  for (int k = 0; 0.1 * (k + 1) < begin_s + kGap_s + 0.45; ++k) {
+    const double t_s = 0.1 * k;
+    for (; 0.005 * imu_index <= t_s + 0.1; ++imu_index) {
+      odometry->add_imu(room.imu(0.005 * imu_index));
+    }
+    if (t_s + 0.1 > begin_s && t_s < begin_s + kGap_s) continue;
+    const bool after = t_s >= begin_s;
+    // The second corridor looks like the first, and the vehicle moves in it alike.
+    const auto scan = room.scan(after ? t_s - kGap_s : t_s);
+    if (after) {
+      scan->t_start = scan->t_start + Duration::from_s(kGap_s);
+      scan->t_end = scan->t_end + Duration::from_s(kGap_s);
+    }
+    const ScanResult result = odometry->process(*scan, executor, findings);
+    const SE3 truth = room.pose(scan->t_end.s());
+    if (k == 0) T_world_odom = truth * result.T_odom_body.inverse();
+    if (!after) continue;
+    EXPECT_LT((result.T_odom_body.p - (T_world_odom.inverse() * truth).p).norm(), 0.3) << t_s;
+    EXPECT_NE(result.state, TrackState::kDiverged) << "no scan contradicts the map";
+  }
 }
 
 }  // namespace

@@ -140,14 +140,17 @@ void RobustOdometry::allow_jolt(const FilterState& predicted, UpdateResult& done
 }
 
 /// After an impact the prediction can be so far off that the scan no longer matches its planes: it
-/// is registered again from the pose at constant velocity.
+/// is registered again from the pose at constant velocity. Over a gap in the scans no vehicle keeps
+/// its velocity: the inertial data are all there is, and a scan that fits better without their turn
+/// shows another corner like the last one.
 void RobustOdometry::look_again(const FilterState& predicted, UpdateResult& done) {
+  constexpr double kSteady_s = 0.3;
   constexpr double kPoor = 0.6;  // of the usual fit
   constexpr double kBetter = 1.1;
   constexpr double kSize = 256.0;
   const bool poor = done.fit < kPoor * usual_fit_;
-  if (!poor || scans_in_map_ == 0) return;
   const double span_s = (predicted.t - last_posterior_.t).s();
+  if (!poor || scans_in_map_ == 0 || span_s > kSteady_s) return;
   FilterState steady = with_step(predicted, kSize, Mat3::Identity());
   steady.T_odom_body = last_posterior_.T_odom_body;
   steady.T_odom_body.p += span_s * last_posterior_.v;
@@ -205,6 +208,7 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
     standstill_states_.pop_front();
   imu_.drop_before(state_.t - Duration::from_s(standstill_.memory_s()));
   t_last_good_ = state_.t;
+  t_unmatched_.reset();
   last_posterior_ = state_;
   return result_of(scan, seen);
 }

@@ -301,10 +301,14 @@ void RobustOdometry::judge(const UpdateResult& update, FindingList& findings) {
   if (impossible.empty() && update.matches >= settings_.update.matches_min) {
     track_state_ = has_many_matches(update) ? TrackState::kGood : TrackState::kWeak;
     t_last_good_ = state_.t;
+    t_unmatched_.reset();
     return;
   }
   track_state_ = TrackState::kPredicted;
-  if (impossible.empty() && (state_.t - t_last_good_).s() < kLost_s) return;
+  // With inertial data from the first such scan: while scans are missing, none contradicts the map.
+  if (!t_unmatched_) t_unmatched_ = state_.t;
+  const Time since = inertial_ ? *t_unmatched_ : t_last_good_;
+  if (impossible.empty() && seconds_between(since, state_.t) < kLost_s) return;
   track_state_ = TrackState::kDiverged;
   restart(impossible, findings);
 }

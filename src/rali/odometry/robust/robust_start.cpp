@@ -341,6 +341,7 @@ void RobustOdometry::start_anew() {
   new_map_ = true;
   resumed_.reset();
   t_last_good_ = now;
+  t_unmatched_.reset();
 }
 
 }  // namespace rali::odometry::internal

@@ -312,6 +312,7 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   static constexpr int kYoungScans = 5;
   int scans_in_map_ = 0;
   Time t_last_good_;
+  std::optional<Time> t_unmatched_;  ///< the first of the newest scans that match too few planes
   Time t_speed_bounded_;
   Time t_degenerate_;  ///< start of the degenerate stretch along the first axis, except glimpses
   std::optional<Time> t_seen_;  ///< when that axis was last observable again
