@@ -334,6 +334,26 @@ TEST(Progress, as_json_is_one_object_per_line_even_with_invalid_utf8) {
   EXPECT_EQ(text.front(), '{');
 }
 
+TEST(Progress, many_warnings_of_one_kind_do_not_hide_the_others) {
+  testing::internal::CaptureStderr();
+  {
+    Session session;
+    ProgressView view(session);
+    Finding finding;
+    finding.vehicle = "v1";
+    finding.id = "monitor.walls";
+    finding.text = "walls are looked through";
+    for (int i = 0; i < 20; ++i) view.finding(finding);
+    finding.id = "D10";
+    finding.text = "a gap in the inertial data";
+    view.finding(finding);
+  }
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 5) << text;
+  EXPECT_NE(text.find("v1: more of monitor.walls: see metrics.json."), std::string::npos) << text;
+  EXPECT_NE(text.find("a gap in the inertial data"), std::string::npos) << text;
+}
+
 TEST(Findings, are_reported_with_effect_and_remedy) {
   Finding finding;
   finding.vehicle = "v1";

@@ -97,11 +97,16 @@ void ProgressView::finding(const Finding& finding) {
     session_.progress_text(finding_json(finding));
     return;
   }
-  if (finding.severity == Severity::kInfo) {
-    session_.detail(finding_line(finding));
-  } else {
-    session_.warning(finding_line(finding));
+  if (finding.severity == Severity::kInfo) return session_.detail(finding_line(finding));
+  // The first ones of a kind suffice; twenty of one kind hide the others.
+  constexpr int kOfOneKindMax = 3;
+  const int count = ++warned_[finding.vehicle + '/' + finding.id];
+  if (count <= kOfOneKindMax) return session_.warning(finding_line(finding));
+  if (count == kOfOneKindMax + 1) {
+    session_.warning(fmt::format("{}{}more of {}: see metrics.json.", finding.vehicle,
+                                 finding.vehicle.empty() ? "" : ": ", finding.id));
   }
+  session_.detail(finding_line(finding));
 }
 
 std::string progress_line(const drive::Progress& progress, bool bar, double eta_s) {

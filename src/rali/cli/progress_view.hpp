@@ -22,6 +22,7 @@ class ProgressView final : public drive::ProgressSink {
   Session& session_;
   std::chrono::steady_clock::time_point begin_;
   std::map<std::string, int> tenths_;  ///< last line per vehicle and stage
+  std::map<std::string, int> warned_;  ///< warnings per vehicle and kind
   std::string shown_;                  ///< the vehicle in the live line, and since when
   std::chrono::steady_clock::time_point shown_since_;
 };

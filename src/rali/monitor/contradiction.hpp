@@ -10,7 +10,7 @@ struct Stretch {
   Time begin, end;
 };
 
-/// A time interval in which two estimates contradict each other.
+/// A time interval in which two estimates contradict each other, or a part of a long one.
 struct Contradiction {
   Stretch when;
   double off_m = 0.0;     ///< largest distance between them
@@ -18,8 +18,5 @@ struct Contradiction {
 };
 
 using ContradictionList = std::vector<Contradiction>;
-
-/// Equal parts of at most `longest_s`: an interval of half a run would not help to find the cause.
-[[nodiscard]] std::vector<Stretch> cut(const Stretch& whole, double longest_s);
 
 }  // namespace rali::monitor

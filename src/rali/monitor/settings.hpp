@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 namespace rali::monitor {
 
 /// Limits beyond which two estimates contradict each other. They are a little below those of a
@@ -8,6 +10,8 @@ struct MonitorSettings {
   double off_min_m = 0.2;   ///< two poses nearer to each other agree
   double sigmas_min = 3.0;  ///< so do poses nearer in sigmas of the checked one
   double span_min_s = 1.0;  ///< shorter contradictions are left out
+  /// Longer ones are given in parts, each with its own figures: they show where the error grows.
+  double part_max_s = std::numeric_limits<double>::infinity();
   /// Maximum fraction of walls in view that a keyframe's rays may pass. In correct maps of the
   /// campaign the largest fraction of a run is 0.001 to 0.02, in wrong ones 0.08 to 0.18.
   double through_max_ratio = 0.05;

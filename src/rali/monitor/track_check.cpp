@@ -40,13 +40,19 @@ double sigma_along(const Vec3& direction, const Mat3& covariance) {
   return std::sqrt(std::max(0.0, direction.dot(covariance * direction)));
 }
 
-/// Collects time intervals; short ones are left out.
+/// Collects time intervals. Short ones are left out, long ones are divided.
 class Stretches {
  public:
-  explicit Stretches(double span_min_s) : span_min_s_(span_min_s) {}
+  explicit Stretches(const MonitorSettings& settings) : settings_(settings) {}
 
   void add(Time t, double off_m, double stated_m) {
     if (!open_) open_ = Contradiction{{t, t}, 0.0, 0.0};
+    const bool full = seconds_between(open_->when.begin, t) > settings_.part_max_s;
+    if (full) {
+      list_.push_back(*open_);
+      open_ = Contradiction{{open_->when.end, t}, 0.0, 0.0};
+      continues_ = true;
+    }
     open_->when.end = t;
     if (off_m > open_->off_m || !std::isfinite(off_m)) {
       open_->off_m = off_m;
@@ -55,9 +61,12 @@ class Stretches {
   }
 
   void close() {
-    if (open_ && seconds_between(open_->when.begin, open_->when.end) >= span_min_s_)
-      list_.push_back(*open_);
+    if (open_) {
+      const double span_s = seconds_between(open_->when.begin, open_->when.end);
+      if (continues_ || span_s >= settings_.span_min_s) list_.push_back(*open_);
+    }
     open_.reset();
+    continues_ = false;
   }
 
   [[nodiscard]] ContradictionList take() {
@@ -66,26 +75,13 @@ class Stretches {
   }
 
  private:
-  double span_min_s_;
+  const MonitorSettings& settings_;
   std::optional<Contradiction> open_;
+  bool continues_ = false;  ///< the open one is a later part
   ContradictionList list_;
 };
 
 }  // namespace
-
-std::vector<Stretch> cut(const Stretch& whole, double longest_s) {
-  const double span_s = seconds_between(whole.begin, whole.end);
-  const int parts =
-      longest_s > 0.0 ? std::max(1, static_cast<int>(std::ceil(span_s / longest_s))) : 1;
-  std::vector<Stretch> out;
-  for (int k = 0; k < parts; ++k) {
-    const Time begin = k == 0 ? whole.begin : out.back().end;
-    const Time end =
-        k + 1 == parts ? whole.end : whole.begin + Duration::from_s(span_s * (k + 1) / parts);
-    out.push_back({begin, end});
-  }
-  return out;
-}
 
 SE3 agreeing_at_first(std::span<const StatedPose> judged, std::span<const StatedPose> reference) {
   for (const StatedPose& pose : judged) {
@@ -100,7 +96,7 @@ SE3 agreeing_at_first(std::span<const StatedPose> judged, std::span<const Stated
 ContradictionList check_track(std::span<const StatedPose> judged,
                               std::span<const StatedPose> reference, const SE3& T_reference_judged,
                               const MonitorSettings& settings) {
-  Stretches stretches(settings.span_min_s);
+  Stretches stretches(settings);
   for (const StatedPose& pose : judged) {
     const std::optional<StatedPose> truth = at(reference, pose.t);
     if (!truth) continue;

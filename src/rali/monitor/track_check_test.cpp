@@ -93,14 +93,21 @@ TEST(TrackCheck, gaps_of_the_reference_are_not_checked) {
   EXPECT_TRUE(check_track(judged, reference, {}, {}).empty());
 }
 
-TEST(TrackCheck, long_intervals_are_split_into_equal_parts) {
-  const Stretch whole{Time::from_s(10.0), Time::from_s(45.0)};
-  const auto parts = cut(whole, 10.0);
-  ASSERT_EQ(parts.size(), 4U);
-  EXPECT_EQ(parts.front().begin, whole.begin);
-  EXPECT_EQ(parts.back().end, whole.end);
-  for (const Stretch& part : parts) {
-    EXPECT_NEAR(seconds_between(part.begin, part.end), 8.75, 1e-6);
+TEST(TrackCheck, a_long_contradiction_is_given_in_parts_with_their_own_figures) {
+  const auto reference = straight(0.01);
+  auto judged = straight(0.01);
+  for (std::size_t i = 20; i < judged.size(); ++i) {
+    judged[i].T.p.y() = 0.1 * static_cast<double>(i - 15);
+  }
+  MonitorSettings settings;
+  settings.part_max_s = 0.25 * seconds_between(judged[20].t, judged.back().t);
+  const auto parts = check_track(judged, reference, {}, settings);
+  ASSERT_GE(parts.size(), 4U);
+  EXPECT_EQ(parts.front().when.begin, judged[20].t);
+  EXPECT_EQ(parts.back().when.end, judged.back().t);
+  for (std::size_t k = 1; k < parts.size(); ++k) {
+    EXPECT_EQ(parts[k].when.begin, parts[k - 1].when.end);
+    EXPECT_GT(parts[k].off_m, parts[k - 1].off_m);
   }
 }
 

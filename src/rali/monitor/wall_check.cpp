@@ -61,7 +61,8 @@ std::vector<SeenThrough> check_walls(std::span<const WallSight> lines_of_sight,
     const double seen = ratio_of(sight.made_passed, sight.made, settings.made_min);
     const double worst = std::max(looks.maximum(), seen > settings.through_max_ratio ? seen : 0.0);
     if (!(worst > 0.0)) continue;
-    if (out.empty() || seconds_between(out.back().when.end, sight.t) > kJoin_s) {
+    if (out.empty() || seconds_between(out.back().when.end, sight.t) > kJoin_s ||
+        seconds_between(out.back().when.begin, sight.t) > settings.part_max_s) {
       out.push_back({{sight.t, sight.t}, 0.0, false});
     }
     SeenThrough& stretch = out.back();

@@ -22,8 +22,8 @@ using monitor::SeenThrough;
 using monitor::StatedPose;
 using monitor::Stretch;
 
-/// A finding about more of a run than this does not help to localise the fault.
-constexpr double kPart = 0.1;
+/// A finding about more of a run than this does not help to find the cause.
+constexpr double kPartMax_ratio = 0.1;
 
 /// If two estimates contradict each other, either may be wrong: half of the distance is one sigma.
 constexpr double kWidenRatio = 0.5;
@@ -79,14 +79,18 @@ std::string text_of(const SeenThrough& s, const std::string& when) {
                            percent);
 }
 
-Finding finding_of(const SeenThrough& s, const std::string& when) {
+Finding finding_of(const SeenThrough& s, const std::string& when, bool of_fleet) {
   Finding f;
   f.id = "monitor.walls";
   f.severity = Severity::kError;
   f.value = s.ratio;
   f.text = text_of(s, when);
   f.effect = "its position relative to the rest of the map is wrong there";
-  f.remedy = "Look at the map for doubled walls. Check start poses; drive where others have been.";
+  f.remedy =
+      of_fleet
+          ? "Look at the map for doubled walls. Check start poses; drive where others have been."
+          : "Look at the map for doubled walls. Keep the LiDAR level and its view free; do not "
+            "carry the vehicle or take it in a lift while it records.";
   return f;
 }
 
@@ -108,18 +112,20 @@ class RunMonitor {
   [[nodiscard]] MonitorResult take() { return std::move(result_); }
 
  private:
-  /// One finding for each part of the stretch.
-  template <class MakeFinding>
-  void add(const VehicleRun& run, const Stretch& whole, const MakeFinding& make) {
-    const Time t_first = run.poses().front().t;
-    const double longest_s = kPart * seconds_between(t_first, run.poses().back().t);
-    for (const Stretch& part : monitor::cut(whole, longest_s)) {
-      Finding f = make(from_to(part, t_first));
-      f.vehicle = run.name();
-      f.t = part.begin;
-      f.t_end = part.end;
-      result_.findings.push_back(std::move(f));
-    }
+  static monitor::MonitorSettings in_parts(monitor::MonitorSettings settings,
+                                           const VehicleRun& run) {
+    settings.part_max_s =
+        kPartMax_ratio * seconds_between(run.poses().front().t, run.poses().back().t);
+    return settings;
+  }
+
+  template <class Found, class... More>
+  void add(const VehicleRun& run, const Found& found, const More&... more) {
+    Finding f = finding_of(found, from_to(found.when, run.poses().front().t), more...);
+    f.vehicle = run.name();
+    f.t = found.when.begin;
+    f.t_end = found.when.end;
+    result_.findings.push_back(std::move(f));
   }
 
   void odometry(VehicleId id) {
@@ -127,8 +133,8 @@ class RunMonitor {
     if (run.poses().empty()) return;
     const std::vector<StatedPose> reference = final_track(run);
     const SE3 T = monitor::agreeing_at_first(run.odometry_track(), reference);
-    report(id, monitor::check_track(run.odometry_track(), reference, T, settings_), "odometry/",
-           "the final path");
+    report(id, monitor::check_track(run.odometry_track(), reference, T, in_parts(settings_, run)),
+           "odometry/", "the final path");
   }
 
   void live(const std::vector<VehicleId>& group) {
@@ -143,7 +149,9 @@ class RunMonitor {
           T_final_live = upright(*T_final_live, run.live_track().front().T);
         }
       }
-      report(id, monitor::check_track(run.live_track(), reference, *T_final_live, settings_),
+      report(id,
+             monitor::check_track(run.live_track(), reference, *T_final_live,
+                                  in_parts(settings_, run)),
              "live/", "the final map");
     }
   }
@@ -153,9 +161,7 @@ class RunMonitor {
     VehicleRun& run = runs_[id.value];
     if (found.empty()) return;
     for (const Contradiction& c : found) {
-      add(run, c.when, [&](const std::string& when) {
-        return finding_of(c, when, folder + run.name(), against);
-      });
+      add(run, c, folder + run.name(), against);
       run.widen(c.when.begin, c.when.end, kWidenRatio * c.off_m);
     }
     if (std::find(result_.widened.begin(), result_.widened.end(), id) == result_.widened.end()) {
@@ -185,8 +191,10 @@ void RunMonitor::walls(const std::vector<map::KeyframeLooks>& looks) {
   if (!contradicted) return;
   result_.map_contradicts_itself = true;
   for (std::size_t v = 0; v < runs_.size(); ++v) {
-    for (const SeenThrough& found : monitor::check_walls(lines_of_sight[v], settings)) {
-      add(runs_[v], found.when, [&](const std::string& when) { return finding_of(found, when); });
+    if (runs_[v].poses().empty()) continue;
+    for (const SeenThrough& found :
+         monitor::check_walls(lines_of_sight[v], in_parts(settings, runs_[v]))) {
+      add(runs_[v], found, runs_.size() > 1);
     }
   }
 }
