@@ -76,7 +76,7 @@ void score_frames(const Mission& mission, const Joined& joined,
   }
   for (const fleet::VehicleFrame& frame : joined.estimate.frames) {
     if (!frame.waits_for.empty()) s.waits_for.push_back(frame.waits_for);
-    if (!frame.decided_by.empty()) s.decided_by.push_back(frame.decided_by);
+    if (frame.decided_by) s.decided_by.emplace_back(decided_by_text(*frame.decided_by));
   }
 }
 

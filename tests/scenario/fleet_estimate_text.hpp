@@ -25,7 +25,8 @@ inline std::string text_of(const fleet::FleetEstimate& estimate) {
   }
   for (const fleet::VehicleFrame& f : estimate.frames) {
     text += fmt::format("frame {} {} {:a} {:a} {} {} {}\n", f.vehicle.value, f.group, f.sigma_m,
-                        f.sigma_rad, f.decided_by, f.waits_for, text_of(f.T_map_odom));
+                        f.sigma_rad, f.decided_by ? decided_by_text(*f.decided_by) : "",
+                        f.waits_for, text_of(f.T_map_odom));
   }
   for (const auto& [id, k] : estimate.keyframes) {
     text += fmt::format("{} {} {} {}", id.vehicle.value, id.seq, k.t.ns, text_of(k.T_map_body));

@@ -17,9 +17,14 @@ namespace {
 constexpr double kFirst_s = 20.0, kStep_s = 10.0, kMax_s = 60.0;
 /// Four of these are kOffsetMin_s: more data would hardly change the decision.
 constexpr double kCertain_s = 0.0025;
+/// Of a vehicle that shakes, or in dust, LiDAR alone loses track, and each lost scan costs a
+/// search.
+constexpr double kLostMax_ratio = 0.2;
 /// A gyro at 3 kHz over kMax_s; a faster one ends the search early.
 constexpr std::size_t kImuMax = 200'000;
 constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+/// After two full turns a large sigma has another reason than too little turning.
+constexpr double kEnough_rad = 4.0 * std::numbers::pi;
 
 /// Half the points of a map: the shape of the turns limits the offset's accuracy, not the noise of
 /// each.
@@ -53,6 +58,15 @@ class Search {
       next_answer_s += kStep_s;
       const imu::RotationStudy study = imu::study_rotations(lidar_.turns(), imu_);
       if (is_certain(study)) return judge_time_offset(study, looked_at_s());
+      const double lost_ratio =
+          static_cast<double>(lidar_.lost()) / static_cast<double>(lidar_.scans());
+      if (lost_ratio > kLostMax_ratio) {
+        return {0.0,
+                {},
+                {},
+                fmt::format("not estimated: LiDAR alone lost track in {:.0f} % of the scans",
+                            100.0 * lost_ratio)};
+      }
     }
     return judge_time_offset(imu::study_rotations(lidar_.turns(), imu_), looked_at_s());
   }
@@ -95,8 +109,12 @@ LidarTimeOffset judge_time_offset(const imu::RotationStudy& study, double looked
     return out;
   }
   if (!study.time_offset_s || study.time_offset_sigma_s > kOffsetSigmaMax_s) {
-    out.origin = fmt::format("not estimated: {:.0f} deg of turning in {:.0f} s are too little",
-                             study.turned_rad * kDegPerRad, looked_at_s);
+    const std::string turned = fmt::format("{:.0f} deg of turning in {:.0f} s",
+                                           study.turned_rad * kDegPerRad, looked_at_s);
+    out.origin = study.turned_rad > kEnough_rad && study.time_offset_sigma_s > 0.0
+                     ? fmt::format("not estimated: sigma {:.0f} ms after {}",
+                                   1e3 * study.time_offset_sigma_s, turned)
+                     : fmt::format("not estimated: {} are too little", turned);
     return out;
   }
   out.estimate_s = *study.time_offset_s;

@@ -34,6 +34,11 @@ TEST(TimeOffset, reports_why_it_was_not_estimated) {
   none.turned_rad = 0.2;
   EXPECT_NE(judge_time_offset(none, 60.0).origin.find("11 deg of turning in 60 s"),
             std::string::npos);
+  imu::RotationStudy loose = none;
+  loose.turned_rad = 19.0;
+  loose.time_offset_sigma_s = 0.023;
+  EXPECT_EQ(judge_time_offset(loose, 60.0).origin,
+            "not estimated: sigma 23 ms after 1089 deg of turning in 60 s");
   imu::RotationStudy border = study_of(0.3, 0.001);
   border.offset_at_border = true;
   const LidarTimeOffset at_border = judge_time_offset(border, 60.0);

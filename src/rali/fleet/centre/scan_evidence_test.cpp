@@ -96,7 +96,7 @@ class Agrees : public ::testing::Test {
   std::vector<VehiclePath> paths_ = {standing(1), standing(2)};
   std::vector<PathSubmap> pieces_ = {piece_of(paths_[0], 0, 0), piece_of(paths_[1], 1, 0)};
   LoopFound found_ = seen_at({2.0, 0.0, 0.0}, 0, 1, 0.01);
-  PathFrames frames_{{{0, 1}}, {0, 0}, {}, {"", "scans"}};
+  PathFrames frames_{{{0, 1}}, {0, 0}, {}, {std::nullopt, DecidedBy::kScans}};
 };
 
 // 1 cm and no drift: 16 is 4 sigma, 4 cm.
