@@ -1,6 +1,7 @@
 #include "rali/monitor/wall_check.hpp"
 
 #include <algorithm>
+#include <optional>
 
 namespace rali::monitor {
 
@@ -10,6 +11,9 @@ double ratio_of(std::size_t part, std::size_t of, int minimum) {
   if (of < static_cast<std::size_t>(minimum)) return 0.0;
   return static_cast<double>(part) / static_cast<double>(of);
 }
+
+/// Keyframes of one interval are at most this far apart.
+constexpr double kJoin_s = 5.0;
 
 /// Ratio of passed walls to those in view of a keyframe; 0 if it is within the limit.
 struct Through {
@@ -23,7 +27,36 @@ struct Through {
   }
 
   [[nodiscard]] double maximum() const { return std::max(all, others); }
+
+  /// Far beyond a limit.
+  [[nodiscard]] bool is_clear(const MonitorSettings& settings) const {
+    constexpr double kClear = 2.0;
+    return all > kClear * settings.through_max_ratio ||
+           others > kClear * settings.through_others_max_ratio;
+  }
 };
+
+/// Of each keyframe. A wrong pose puts the next keyframe beside its place, too: one alone that is
+/// little beyond a limit has looked into a mirror, or through panes of glass.
+std::vector<Through> throughs(std::span<const WallSight> lines_of_sight,
+                              const MonitorSettings& settings) {
+  std::vector<Through> out;
+  for (const WallSight& sight : lines_of_sight) out.emplace_back(sight, settings);
+  std::optional<std::size_t> last, alone;
+  const auto drop_alone = [&] {
+    if (alone && !out[*alone].is_clear(settings)) out[*alone].all = out[*alone].others = 0.0;
+  };
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (!(out[i].maximum() > 0.0)) continue;
+    const bool joins =
+        last && seconds_between(lines_of_sight[*last].t, lines_of_sight[i].t) <= kJoin_s;
+    if (!joins) drop_alone();
+    alone = joins ? std::nullopt : std::optional(i);
+    last = i;
+  }
+  drop_alone();
+  return out;
+}
 
 }  // namespace
 
@@ -36,16 +69,16 @@ std::size_t judged(std::span<const WallSight> lines_of_sight, const MonitorSetti
 }
 
 bool looks_through(std::span<const WallSight> lines_of_sight, const MonitorSettings& settings) {
-  return std::any_of(lines_of_sight.begin(), lines_of_sight.end(),
-                     [&](const WallSight& s) { return Through(s, settings).maximum() > 0.0; });
+  const std::vector<Through> all = throughs(lines_of_sight, settings);
+  return std::any_of(all.begin(), all.end(), [](const Through& t) { return t.maximum() > 0.0; });
 }
 
 MonitorSettings settings_for(std::span<const std::vector<WallSight>> vehicles,
                              const MonitorSettings& settings) {
   const auto lookers = std::count_if(
       vehicles.begin(), vehicles.end(), [&](const std::vector<WallSight>& lines_of_sight) {
-        return std::any_of(lines_of_sight.begin(), lines_of_sight.end(),
-                           [&](const WallSight& s) { return Through(s, settings).others > 0.0; });
+        const std::vector<Through> all = throughs(lines_of_sight, settings);
+        return std::any_of(all.begin(), all.end(), [](const Through& t) { return t.others > 0.0; });
       });
   MonitorSettings out = settings;
   if (lookers < 2) out.through_others_max_ratio = 1.0;
@@ -54,10 +87,11 @@ MonitorSettings settings_for(std::span<const std::vector<WallSight>> vehicles,
 
 std::vector<SeenThrough> check_walls(std::span<const WallSight> lines_of_sight,
                                      const MonitorSettings& settings) {
-  constexpr double kJoin_s = 5.0;
+  const std::vector<Through> all = throughs(lines_of_sight, settings);
   std::vector<SeenThrough> out;
-  for (const WallSight& sight : lines_of_sight) {
-    const Through looks(sight, settings);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const WallSight& sight = lines_of_sight[i];
+    const Through& looks = all[i];
     const double seen = ratio_of(sight.made_passed, sight.made, settings.made_min);
     const double worst = std::max(looks.maximum(), seen > settings.through_max_ratio ? seen : 0.0);
     if (!(worst > 0.0)) continue;

@@ -32,7 +32,8 @@ struct SeenThrough {
 /// unknown which. So both are reported: keyframes whose rays pass walls, and those that saw these
 /// walls first. Apart from the poses, the check is independent of the estimator. Walls of other
 /// vehicles count apart: a corridor placed across one's own at a wrong angle is a small part of all
-/// in view. A single keyframe suffices; those of one interval are at most 5 s apart.
+/// in view. A single keyframe suffices if it is twice beyond a limit; those of one interval are at
+/// most 5 s apart.
 /// @param sights  of one vehicle, by time
 [[nodiscard]] std::vector<SeenThrough> check_walls(std::span<const WallSight> lines_of_sight,
                                                    const MonitorSettings& settings);
