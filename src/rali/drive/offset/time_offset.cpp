@@ -27,11 +27,12 @@ constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kEnough_rad = 4.0 * std::numbers::pi;
 
 /// Half the points of a map: the shape of the turns limits the offset's accuracy, not the noise of
-/// each.
+/// each. A scan that LiDAR alone would have to search tells nothing about a turn.
 odometry::OdometrySettings turning_settings() {
   odometry::OdometrySettings settings;
   settings.robust.sampling.update_points /= 2;
   settings.robust.sampling.insert_points /= 2;
+  settings.robust.search.wide = false;
   return settings;
 }
 

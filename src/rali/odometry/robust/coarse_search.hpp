@@ -15,6 +15,9 @@ struct CoarseSearchSettings {
   double range_max_m = 1.5;
   double range_max_deg = 60.0;
   int points = 300;
+  /// Without inertial data: a scan that contradicts the last one is searched wherever the vehicle
+  /// can have moved. Costs as much as 20 scans.
+  bool wide = true;
 
   template <class V>
   void visit(V& v) {
@@ -23,6 +26,7 @@ struct CoarseSearchSettings {
     v("range_max_m", range_max_m, 0.0, 20.0, "how far to search at most");
     v("range_max_deg", range_max_deg, 0.0, 180.0, "how far to turn at most");
     v("points", points, 50, 10000, "points compared per trial");
+    v("wide", wide, "LiDAR alone: search scans that contradict the last one");
   }
 };
 

@@ -77,8 +77,9 @@ bool RobustOdometry::settle_alone(const LidarScan& scan, const FilterState& pred
     const bool far_apart = (scan.t_end - last_posterior_.t).s() > kFarApart_s;
     const bool young = scans_in_map_ <= kYoungMap && far_apart;
     double conflict = conflict_at(view);
-    if (young || done.matches < matches_min || done.fit < kPoor * usual_fit_ ||
-        conflict > kConflictUsual) {
+    const bool unlikely = young || done.matches < matches_min || done.fit < kPoor * usual_fit_ ||
+                          conflict > kConflictUsual;
+    if (unlikely && settings_.search.wide) {
       search_widely(predicted, view, done);
       conflict = conflict_at(view);
     }
