@@ -18,6 +18,7 @@ import signal
 import subprocess
 import sys
 import time
+from decimal import Decimal
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cases"))
 
@@ -30,6 +31,7 @@ VIEW_PORT = 8765
 POLL_S = 1.0
 SETTLE_S = 10.0  # after the mission's end the last facts reach every disk
 SMALL_DISK_MB = 2
+CLOCK_AHEAD_S = 1  # by the fault clock_jump
 
 # Events: seconds after all vehicles answer, verb, vehicles. "anchor" and "tag" are chosen then.
 CASES = {
@@ -293,6 +295,13 @@ def call(command):
         sys.exit(f"{' '.join(map(str, command))}: {done.stderr.strip()}")
 
 
+def to_own_clock(tum, ahead_s):
+    """Gives the true poses the stamps of a vehicle whose clock is ahead, as its results have them."""
+    lines = [line for line in tum.read_text().splitlines() if not line.startswith("#")]
+    poses = [line.split(" ", 1) for line in lines]
+    tum.write_text("".join(f"{Decimal(t) + ahead_s} {pose}\n" for t, pose in poses))
+
+
 def evaluated(args, results, truth):
     """APE rms and largest of the fleet, map to surface, by `rali evaluate`."""
     done = subprocess.run([args.rali, "evaluate", str(results), "--truth", str(truth), "-q"],
@@ -328,6 +337,8 @@ def row(args, case, seed):
     mission = Mission(args, case, seed)
     ended_s, traffic_kb = mission.run()
     fleet = mission.folder / "recording"
+    if case == "clock":
+        to_own_clock(fleet / "truth" / "v2.tum", CLOCK_AHEAD_S)
     states = [mission.folder / "state" / f"v{v + 1}" for v in range(args.vehicles)]
     out = {"case": case, "seed": seed, "ended_s": round(ended_s), "events": mission.notes,
            "terms": len(mission.watch.anchors),
