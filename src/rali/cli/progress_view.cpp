@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "rali/report/findings_shown.hpp"
+
 namespace rali::cli {
 namespace {
 
@@ -98,11 +100,9 @@ void ProgressView::finding(const Finding& finding) {
     return;
   }
   if (finding.severity == Severity::kInfo) return session_.detail(finding_line(finding));
-  // The first ones of a kind suffice; twenty of one kind hide the others.
-  constexpr int kOfOneKindMax = 3;
   const int count = ++warned_[finding.vehicle + '/' + finding.id];
-  if (count <= kOfOneKindMax) return session_.warning(finding_line(finding));
-  if (count == kOfOneKindMax + 1) {
+  if (count <= report::kFindingsShownMax) return session_.warning(finding_line(finding));
+  if (count == report::kFindingsShownMax + 1) {
     session_.warning(fmt::format("{}{}more of {}: see metrics.json.", finding.vehicle,
                                  finding.vehicle.empty() ? "" : ": ", finding.id));
   }

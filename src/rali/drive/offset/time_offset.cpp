@@ -17,8 +17,7 @@ namespace {
 constexpr double kFirst_s = 20.0, kStep_s = 10.0, kMax_s = 60.0;
 /// Four of these are kOffsetMin_s: more data would hardly change the decision.
 constexpr double kCertain_s = 0.0025;
-/// Of a vehicle that shakes, or in dust, LiDAR alone loses track, and each lost scan costs a
-/// search.
+/// Of a vehicle that shakes, or in dust, LiDAR alone loses track: more data would not help.
 constexpr double kLostMax_ratio = 0.2;
 /// A gyro at 3 kHz over kMax_s; a faster one ends the search early.
 constexpr std::size_t kImuMax = 200'000;
@@ -27,7 +26,7 @@ constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 constexpr double kEnough_rad = 4.0 * std::numbers::pi;
 
 /// Half the points of a map: the shape of the turns limits the offset's accuracy, not the noise of
-/// each. A scan that LiDAR alone would have to search tells nothing about a turn.
+/// each. A scan that LiDAR alone would have to search contributes no turn.
 odometry::OdometrySettings turning_settings() {
   odometry::OdometrySettings settings;
   settings.robust.sampling.update_points /= 2;

@@ -16,7 +16,7 @@ struct CoarseSearchSettings {
   double range_max_deg = 60.0;
   int points = 300;
   /// Without inertial data: a scan that contradicts the last one is searched wherever the vehicle
-  /// can have moved. Costs as much as 20 scans.
+  /// can have moved, which costs as much as ten other scans.
   bool wide = true;
 
   template <class V>

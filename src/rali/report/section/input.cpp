@@ -6,14 +6,13 @@
 
 #include <fmt/format.h>
 
+#include "rali/report/findings_shown.hpp"
 #include "rali/report/internal/html.hpp"
 #include "rali/report/section/checks.hpp"
 #include "rali/report/section/section.hpp"
 
 namespace rali::report {
 namespace {
-
-constexpr std::size_t kOfOneKindMax = 3;
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kGapWords = {
     {{"jumps", "jumps of the clock"},
@@ -77,17 +76,16 @@ std::string gaps_table(const RunData& run) {
 std::string warnings_html(const RunData& run) {
   if (!run.metrics_known) return absent("There is no metrics.json: warnings are not known.");
   if (run.warnings.empty()) return absent("No warnings.");
-  // The first findings of a kind suffice; twenty of one kind hide the others.
-  std::map<std::pair<std::string, std::string>, std::size_t> count;
+  std::map<std::pair<std::string, std::string>, int> count;
   Table table({"id", "vehicle", "what was found"});
   for (const Warning& w : run.warnings) {
-    if (++count[{w.id, w.vehicle}] > kOfOneKindMax) continue;
+    if (++count[{w.id, w.vehicle}] > kFindingsShownMax) continue;
     table.row({escaped(w.id), escaped(w.vehicle), escaped(w.text)});
   }
   for (const auto& [kind, n] : count) {
-    if (n <= kOfOneKindMax) continue;
+    if (n <= kFindingsShownMax) continue;
     table.row({escaped(kind.first), escaped(kind.second),
-               fmt::format("and {} more of this kind in metrics.json", n - kOfOneKindMax)});
+               fmt::format("and {} more of this kind in metrics.json", n - kFindingsShownMax)});
   }
   return table.html(true);
 }
