@@ -58,9 +58,9 @@ Decision decide_at_size(const HypothesisSet& set, int keyframes, const InitSetti
 }
 
 /// The cheapest hypothesis that agrees with the user's start pose.
-std::optional<std::size_t> with_prior(const HypothesisSet& set, const InitSettings& settings) {
+std::optional<std::size_t> with_prior(const HypothesisSet& set) {
   for (std::size_t k = 0; k < set.all.size(); ++k) {
-    if (set.all[k].prior_chi2 < settings.prior.wrong_chi2) return k;
+    if (set.all[k].priors_denied == 0) return k;
   }
   return std::nullopt;
 }
@@ -68,16 +68,17 @@ std::optional<std::size_t> with_prior(const HypothesisSet& set, const InitSettin
 /// A measured start pose relates two vehicles within its sigmas; ranges and scans refine it. It is
 /// overruled only by another hypothesis that is certain without it, or, if none is, by one that is
 /// much better and fits. Ranges that fit nowhere contradict one another, not the start pose: behind
-/// racks they are metres too long for a minute.
+/// racks they are metres too long for a minute. So are those through the walls of a storey, and
+/// these often fit another place: ranges too long for the start pose do not speak against it.
 Decision decide_with_prior(const HypothesisSet& set, Decision d, const InitSettings& settings) {
-  const std::optional<std::size_t> held = with_prior(set, settings);
+  const std::optional<std::size_t> held = with_prior(set);
   if (!held) return d;
   // Whether another hypothesis is better: if it is certain, by the gap required between any two; if
   // not, by the largest chi2 of a wrong start pose.
   const double maximum = d.ready ? settings.commit.gap_chi2 : settings.prior.wrong_chi2;
   const FrameSolution& best = set.all.front().solution;
   const bool fits = fit_is_plausible(best.fit_chi2, best.dof, settings.commit);
-  if (*held > 0 && (d.ready || fits) && set.gap(*held) > maximum) return d;
+  if (*held > 0 && (d.ready || fits) && set.gap_unobstructed(*held) > maximum) return d;
   if (!d.ready) d.by = DecidedBy::kPrior;
   d.ready = d.at_once = true;
   d.chosen = *held;

@@ -122,6 +122,7 @@ TEST(CommitGate, prefers_the_start_pose_if_the_ranges_fit_no_hypothesis) {
   HypothesisSet set = two(100.0, 700.0);  // the better one contradicts the start pose
   set.has_prior = true;
   set.all[0].prior_chi2 = settings.prior.wrong_chi2;
+  set.all[0].priors_denied = 1;
   set.all[0].solution.dof = 20;
   set.all[0].solution.fit_chi2 = 20.0;
   const Observability seen = observability(set, settings);

@@ -17,8 +17,13 @@ constexpr double kMinDistance_m = 1e-6;
 /// A range along a blocked path is no measure of the fit of the others: one in ten of them must not
 /// make a correct solution look like a misfit.
 constexpr double kMaxInFit = 9.0;
-/// Of a range between vehicles that start poses relate: it costs at most the square of this.
-constexpr double kBound_sigma = 5.0;
+/// By so much obstacles make a range longer: walls and racks in the way, or a path by way of a
+/// wall. More is a contradiction.
+constexpr double kObstructed_m = 3.0;
+/// Of a range between vehicles that start poses relate: it costs at most the square of this. One
+/// that is too long may have been measured through a wall, which happens to two in five: it says
+/// little. None is too short for that reason.
+constexpr double kBound_sigma = 5.0, kBoundLonger_sigma = 2.0;
 
 Eigen::Index frame_at(std::size_t f) { return 4 * (static_cast<Eigen::Index>(f) - 1); }
 
@@ -26,10 +31,10 @@ struct Loss {
   double weight, cost;
 };
 
-/// Huber, or Geman-McClure with a bound. @param e in sigma
+/// Huber, or Geman-McClure with a bound. @param e predicted less measured, in sigma
 Loss loss_of(double e, bool bounded, double knee) {
   if (bounded) {
-    const double w = geometry::cauchy_weight(e, kBound_sigma);
+    const double w = geometry::cauchy_weight(e, e < 0.0 ? kBoundLonger_sigma : kBound_sigma);
     return {w * w, w * e * e};
   }
   const double a = std::abs(e);
@@ -113,7 +118,7 @@ FrameValues FrameNormal::moved(const FrameValues& v, const Eigen::VectorXd& d) c
 }
 
 double FrameNormal::build(const FrameValues& v, const std::vector<int>& holds) {
-  beyond_fit = 0.0;
+  beyond_fit = obstructed = 0.0;
   double cost = build_evidence(v, holds) + add_priors(v);
   set_frames(v);
   for (const Run& run : runs_) cost += add_run(v, run);
@@ -134,6 +139,7 @@ void FrameNormal::swap(FrameNormal& other) {
   std::swap(H, other.H);
   std::swap(g, other.g);
   std::swap(beyond_fit, other.beyond_fit);
+  std::swap(obstructed, other.obstructed);
 }
 
 double FrameNormal::add_priors(const FrameValues& v) {
@@ -212,6 +218,8 @@ double FrameNormal::write_row(const FrameValues& v, const RangeTerm& r, Eigen::I
   out = write_end(r.b, place_b, r.y_drift, -scale * u, out);
   if (biased) *out = scale;
   residuals_[row] = root * e;
+  const bool longer = e < 0.0 && -e * r.sigma_m < kObstructed_m;
+  if (longer) obstructed += std::max(0.0, loss.cost - 1.0);
   return loss.cost;
 }
 

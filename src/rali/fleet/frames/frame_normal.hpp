@@ -33,6 +33,7 @@ class FrameNormal {
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
   double beyond_fit = 0.0;  ///< part of the cost that the fit test excludes
+  double obstructed = 0.0;  ///< part of the cost that obstructed lines of sight would explain
 
  private:
   /// Ranges of one pair: they depend on the same unknowns.

@@ -1,6 +1,7 @@
 #include "rali/fleet/frames/frame_problem.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -174,7 +175,9 @@ void weigh_rivalled(FrameProblem& problem) {
   }
 }
 
-/// Marks the ranges between frames that a chain of start poses relates.
+/// Marks the ranges between frames that a chain of start poses relates. Those of a pair share their
+/// walls: in a storey all are too long by about as much, and by their number they would turn a start
+/// pose by five sigma. So together they weigh as a few.
 void bound_ranges(FrameProblem& problem) {
   std::vector<std::size_t> chain(problem.keys.size());
   std::iota(chain.begin(), chain.end(), std::size_t{0});
@@ -183,7 +186,13 @@ void bound_ranges(FrameProblem& problem) {
     const std::size_t from = chain[group.a.front()], to = chain[group.b.front()];
     std::replace(chain.begin(), chain.end(), from, to);
   }
-  for (RangeTerm& range : problem.ranges) range.bounded = chain[range.a] == chain[range.b];
+  constexpr double kIndependent = 20.0;
+  std::vector<double> count(problem.pairs, 0.0);
+  for (const RangeTerm& range : problem.ranges) count[range.pair] += 1.0;
+  for (RangeTerm& range : problem.ranges) {
+    range.bounded = chain[range.a] == chain[range.b];
+    if (range.bounded) range.sigma_m *= std::sqrt(std::max(1.0, count[range.pair] / kIndependent));
+  }
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <set>
 #include <vector>
 
 #include <Eigen/Core>
@@ -87,6 +88,7 @@ struct FrameSolution {
   std::vector<int> holds;              ///< per group of evidence
   double chi2 = 0.0;                   ///< of all terms, for comparison with rivals
   double prior_chi2 = 0.0;             ///< the part of it from the user's prior
+  double obstructed_chi2 = 0.0;        ///< the part that obstructed lines of sight would explain
   double fit_chi2 = 0.0;               ///< of the accepted terms
   int dof = 0;                         ///< of fit_chi2
   bool valid = false;                  ///< false: the solution is not finite
@@ -109,7 +111,9 @@ struct FrameSolution {
                                                  const FrameValues& values);
 
 /// solve_frames() with the alternatives re-selected until they no longer change.
+/// @param kept groups of evidence whose alternatives stay as in `start`
 [[nodiscard]] FrameSolution solve_frames_choosing(const FrameProblem& problem,
-                                                  const FrameSolution& start);
+                                                  const FrameSolution& start,
+                                                  const std::set<std::size_t>& kept = {});
 
 }  // namespace rali::fleet

@@ -55,6 +55,7 @@ void settle(const FrameProblem& p, double cost, FrameNormal& normal, FrameSoluti
   s.offset_information = marginal(normal.H, frames, 0);
   s.chi2 = cost;
   s.fit_chi2 = cost - normal.beyond_fit;
+  s.obstructed_chi2 = normal.obstructed;
   s.prior_chi2 = 0.0;
   s.dof = static_cast<int>(p.ranges.size()) - 3 * (static_cast<int>(p.keys.size()) - 1) +
           unknown_directions(s.information);
@@ -175,13 +176,15 @@ std::vector<int> near_alternatives(const FrameProblem& problem, const FrameValue
   return out;
 }
 
-FrameSolution solve_frames_choosing(const FrameProblem& problem, const FrameSolution& start) {
+FrameSolution solve_frames_choosing(const FrameProblem& problem, const FrameSolution& start,
+                                    const std::set<std::size_t>& kept) {
   FrameSolution s = start;
   // One that stays wrong in a solution adapted to it is not tried again: the choice ends.
   std::vector<std::set<int>> refused(problem.evidence.size());
   for (int round = 0; round < kChoices && s.valid; ++round) {
     std::vector<int> holds = s.holds;
     for (std::size_t g = 0; g < holds.size(); ++g) {
+      if (kept.contains(g)) continue;
       const EvidenceGroup& group = problem.evidence[g];
       const Nearest nearest = nearest_of(problem, s.values, group, s.holds[g], refused[g]);
       const bool none = !(nearest.cost < group.alternatives.front().wrong_chi2);

@@ -172,8 +172,15 @@ void FrameSolver::join(std::size_t a, std::size_t b) {
     const bool prior = before != groups_[a].by.end() && before->second == DecidedBy::kPrior;
     into.by[key] = prior ? DecidedBy::kPrior : by;
   }
-  into.frames.keys.insert(into.frames.keys.end(), from.keys.begin(), from.keys.end());
   const std::size_t chosen = link->second.decision.chosen;
+  into.held_priors.insert(groups_[a].held_priors.begin(), groups_[a].held_priors.end());
+  for (const PoseEvidence& e : evidence_) {
+    const bool linked = e.source == EvidenceSource::kPrior && between(from, into.frames, e.a, e.b);
+    if (linked && link->second.set.all[chosen].priors_denied == 0) {
+      into.held_priors.emplace(e.a, e.b);
+    }
+  }
+  into.frames.keys.insert(into.frames.keys.end(), from.keys.begin(), from.keys.end());
   into.frames.T_ref_odom = link->second.set.all[chosen].solution.values.T_ref_odom;
   solve(into, true);
   groups_.erase(groups_.begin() + static_cast<std::ptrdiff_t>(a));
@@ -208,8 +215,20 @@ void FrameSolver::solve(Group& group, bool anew) {
   const bool choose = settings_.commit.rule == CommitRule::kCertain;
   FrameValues start;
   start.T_ref_odom = group.frames.T_ref_odom;
-  FrameSolution s = solve_frames(problem, start, best_alternatives(problem, start, choose));
-  if (choose) s = solve_frames_choosing(problem, s);
+  std::vector<int> holds = best_alternatives(problem, start, choose);
+  // The start pose by which a vehicle was placed: ranges through walls must not overrule it now.
+  std::set<std::size_t> kept;
+  for (std::size_t g = 0; g < problem.evidence.size(); ++g) {
+    const PoseEvidence& e = problem.evidence[g].alternatives.front();
+    const bool decided =
+        std::any_of(group.held_priors.begin(), group.held_priors.end(),
+                    [&](const KeyPair& pair) { return pair == KeyPair(e.a, e.b); });
+    if (e.source != EvidenceSource::kPrior || !decided) continue;
+    holds[g] = 0;
+    kept.insert(g);
+  }
+  FrameSolution s = solve_frames(problem, start, holds);
+  if (choose) s = solve_frames_choosing(problem, s, kept);
   if (s.valid) take(group, problem, s);
 }
 

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -82,11 +83,14 @@ class FrameSolver {
   [[nodiscard]] std::optional<YawPose> T_ref_odom(StreamKey key) const;
 
  private:
+  using KeyPair = std::pair<StreamKey, StreamKey>;
+
   struct Group {
     FrameGroup frames;
     Eigen::MatrixXd covariance;
     std::map<StreamKey, DecidedBy> by;
-    std::size_t received = 0;  ///< ranges and evidence at the time of its solution
+    std::set<KeyPair> held_priors;  ///< ends of the start poses that agree with its joins
+    std::size_t received = 0;       ///< ranges and evidence at the time of its solution
   };
 
   /// Between two groups, by their first keys.
@@ -98,8 +102,6 @@ class FrameSolver {
     Decision decision;
     CommitGate gate;
   };
-
-  using KeyPair = std::pair<StreamKey, StreamKey>;
 
   [[nodiscard]] const Link* link_of(std::size_t a, std::size_t b) const;
   [[nodiscard]] StreamKey partner_of(StreamKey key, const FrameGroup& group) const;

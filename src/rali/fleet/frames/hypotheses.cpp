@@ -229,6 +229,9 @@ class Finder {
     for (std::size_t g = 0; g < s.holds.size(); ++g) {
       const bool prior = problem_.evidence[g].alternatives.front().source == EvidenceSource::kPrior;
       h.scans = h.scans || (s.holds[g] >= 0 && !prior);
+      const EvidenceGroup& group = problem_.evidence[g];
+      const bool between = (group.a.front() < at) != (group.b.front() < at);
+      if (prior && between && s.holds[g] == kNoneHolds) ++h.priors_denied;
     }
     h.solution = std::move(s);
     return h;
@@ -352,6 +355,10 @@ double HypothesisSet::inflation() const {
 
 double HypothesisSet::gap(std::size_t k) const {
   return (all[k].chi2 - all.front().chi2) / inflation();
+}
+
+double HypothesisSet::gap_unobstructed(std::size_t k) const {
+  return gap(k) - all[k].solution.obstructed_chi2 / inflation();
 }
 
 bool same_place(const FrameHypothesis& h, const FrameHypothesis& k,

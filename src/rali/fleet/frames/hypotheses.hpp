@@ -26,6 +26,7 @@ struct FrameHypothesis {
   Mat4 prior_information = Mat4::Zero();   ///< the part of it from the user's prior
   double chi2 = 0.0;                       ///< for comparison with rivals
   double prior_chi2 = 0.0;                 ///< the part of it from the user's prior
+  int priors_denied = 0;                   ///< start poses between the groups that it rejects
   /// Unambiguous scan matches that agree, of parts of both paths that are
   /// CommitSettings::view_apart_m apart.
   int views = 0;
@@ -48,6 +49,10 @@ struct HypothesisSet {
 
   /// (chi2 of k - chi2 of the best) / inflation.
   [[nodiscard]] double gap(std::size_t k) const;
+
+  /// The same without what k must pay for ranges that are longer than the line of sight. They share
+  /// their obstacles: by their number they would outweigh all else.
+  [[nodiscard]] double gap_unobstructed(std::size_t k) const;
 };
 
 /// Whether two hypotheses are equal: closer than `merge_m` and `merge_deg`.
