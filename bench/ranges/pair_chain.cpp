@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <limits>
 #include <optional>
 
@@ -16,6 +15,7 @@
 #include "rali/ranging/range_model.hpp"
 #include "rali/ranging/range_sanity.hpp"
 #include "rali/ranging/range_thinning.hpp"
+#include "rali/ranging/sight_turn.hpp"
 #include "rali/ranging/signal_quality.hpp"
 
 namespace rali::ranges_bench {
@@ -133,18 +133,17 @@ class Chain {
 
   bool is_excess(const PairRange& range, double rate_mps, double sigma_m, double pose_sigma_m) {
     if (!options_.ranging.excess.use) return false;
-    // Relative to the true range rate: a correction of the pose is not a step of the range.
-    if (shift_) {
-      shift_m_ += range.range_m - shift_->range_m - rate_mps * seconds_between(shift_->t, range.t);
-    }
-    shift_ = range;
-    constexpr double kMemory_s = 0.5;
-    lines_of_sight_.emplace_back(range.t, range.sight);
-    while (seconds_between(lines_of_sight_.front().first, range.t) > kMemory_s)
-      lines_of_sight_.pop_front();
-    const double turn_sigma_m =
-        (range.sight - lines_of_sight_.front().second).norm() * options_.position_sigma_m;
-    const auto verdict = excess_.look(range.t, shift_m_, sigma_m, pose_sigma_m, turn_sigma_m);
+    ranging::ExcessSample sample;
+    sample.t = range.t;
+    sample.range_m = range.range_m;
+    if (last_) sample.change_m = rate_mps * seconds_between(*last_, range.t);
+    last_ = range.t;
+    sample.sigma_m = sigma_m;
+    sample.speed_sigma_mps = options_.speed_sigma_mps;
+    sample.residual_m = filter.residual_m(range.range_m - range.true_m);
+    sample.pose_sigma_m = pose_sigma_m;
+    sample.turn_sigma_m = sight_turn_.add(range.t, range.sight).norm() * options_.position_sigma_m;
+    const auto verdict = excess_.look(sample);
     if (verdict == ranging::ExcessVerdict::kRelieved) {
       const double was_m = std::max(1e-3, pose_sigma_m);
       const double wrong = excess_.step_m() / was_m;
@@ -164,9 +163,8 @@ class Chain {
   ranging::RangeLink link_;
   ranging::RangeThinning thinning_;
   ranging::ExcessWatch excess_;
-  std::deque<std::pair<Time, geometry::Vec3>> lines_of_sight_;
-  std::optional<PairRange> shift_;  ///< the last processed range
-  double shift_m_ = 0.0;
+  ranging::SightTurn sight_turn_;
+  std::optional<Time> last_;  ///< of the last processed range
   std::size_t widened_ = 0;
 };
 

@@ -14,6 +14,7 @@ namespace rali::ranges_bench {
 struct ChainOptions {
   /// Sd of the error of the predicted distance; the error is drawn with it and the filter uses it.
   double position_sigma_m = 0.05;
+  double speed_sigma_mps = 0.04;  ///< of the range rate; about that of the vehicle's filter
   double drift_m_rts = 0.03;  ///< how fast that error changes
   ranging::RangingSettings ranging;
 };

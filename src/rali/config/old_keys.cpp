@@ -48,7 +48,6 @@ constexpr std::array kRenamed{
                "odometry.robust.initialisation.standstill_speed_sigma_mps"},
     RenamedKey{"odometry.robust.constraints.rest_after_s",
                "odometry.robust.constraints.standstill_after_s"},
-    RenamedKey{"ranging.excess.doubt_factor", "ranging.excess.uncertainty_factor"},
     RenamedKey{"ranging.excess.end_share", "ranging.excess.end_fraction"},
     RenamedKey{"ranging.finder", "ranging.initialisation"},
     RenamedKey{"ranging.finder.tell_sigmas", "ranging.initialisation.report_sigmas"},
@@ -67,6 +66,8 @@ constexpr std::array kRenamed{
 
 constexpr std::string_view kRangeNoise =
     "The noise of ranges is measured; settings.odometry.robust.range_sigma_m overrides it";
+constexpr std::string_view kExcess =
+    "An excess ends with a step down, however uncertain the pose has become";
 constexpr std::string_view kNoLimit = "It has no effect any more";
 
 constexpr std::array kRemoved{
@@ -85,6 +86,9 @@ constexpr std::array kRemoved{
     RemovedKey{"odometry.robust.map.plane.range_sigma_m", kRangeNoise},
     RemovedKey{"odometry.robust.match.range_sigma_m", kRangeNoise},
     RemovedKey{"odometry.robust.update.tilt_sigma_rad", kNoLimit},
+    RemovedKey{"ranging.excess.doubt_factor", kExcess},
+    RemovedKey{"ranging.excess.gap_s", "settings.ranging.excess.memory_s bounds the comparison"},
+    RemovedKey{"ranging.excess.uncertainty_factor", kExcess},
     RemovedKey{"vehicle.back_end",
                "Vehicles that are joined have one graph; others keep the path "
                "of their odometry"},

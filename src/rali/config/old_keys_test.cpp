@@ -45,7 +45,7 @@ TEST(OldKeys, have_one_notice_each_with_line_and_new_name) {
   ASSERT_TRUE(config) << config.error().message();
   const std::set<std::string> different(config->notices.begin(), config->notices.end());
   EXPECT_EQ(different.size(), config->notices.size());
-  EXPECT_EQ(notices_with(*config, " was removed and is ignored. "), 11U);
+  EXPECT_EQ(notices_with(*config, " was removed and is ignored. "), 13U);
   EXPECT_EQ(notices_with(*config,
                          ": settings.ranging.mixture.doubt_m is called "
                          "settings.ranging.mixture.uncertain_m now."),

@@ -4,13 +4,7 @@
 
 namespace rali::ranging {
 
-bool fits_path(ExcessWatch& watch, Time t, double nu_m, double sigma_m, double path_sigma_m,
-               const GateSettings& settings) {
-  // The error of a solved path changes by only a fraction of its sigma.
-  constexpr double kTurnFraction = 0.25;
-  const ExcessVerdict verdict =
-      watch.look(t, nu_m, sigma_m, path_sigma_m, kTurnFraction * path_sigma_m);
-  if (verdict == ExcessVerdict::kExcess || verdict == ExcessVerdict::kWaiting) return false;
+bool fits_path(double nu_m, double sigma_m, double path_sigma_m, const GateSettings& settings) {
   const double S_m2 = sigma_m * sigma_m + path_sigma_m * path_sigma_m;
   return gate(nu_m, S_m2, sigma_m, true, settings).inside;
 }

@@ -233,10 +233,9 @@ struct ExcessSettings {
   double step_min_m = 0.2;
   double step_sigmas = 4.0;
   int step_samples = 3;
-  double longest_s = 6.0;
+  double longest_s = 60.0;
   double end_fraction = 0.4;
-  double uncertainty_factor = 1.5;
-  double gap_s = 1.0;
+  double memory_s = 10.0;
 
   template <class V>
   void visit(V& v) {
@@ -250,9 +249,7 @@ struct ExcessSettings {
     v("step_samples", step_samples, 1, 1000, "ranges in a row on one side that make a step");
     v("longest_s", longest_s, 0.1, 3600.0, "an excess that lasts longer is accepted as distance");
     v("end_fraction", end_fraction, 0.0, 1.0, "of the step, that a step down must have to end it");
-    v("uncertainty_factor", uncertainty_factor, 0.1, 1000.0,
-      "times the step: a larger pose sigma ends it");
-    v("gap_s", gap_s, 0.0, 3600.0, "silence after which steps mean nothing");
+    v("memory_s", memory_s, 0.1, 3600.0, "how far back ranges are compared");
   }
 };
 

@@ -176,7 +176,9 @@ void RangeStage::use(const RangeSample& sample, AugmentedFilter& filter, RangeEf
     effect.shift_m += shift.norm();
     effect.from = std::get<1>(key);
   }
-  forget_unfit({std::get<1>(key), std::get<2>(key)}, pair, sample.t, use.used(), filter);
+  // What is refused as too long says nothing about the landmark.
+  const bool fits = use.used() || pair.excess.in_excess();
+  forget_unfit({std::get<1>(key), std::get<2>(key)}, pair, sample.t, fits, filter);
 }
 
 /// Steps, gate and link (algorithms 4.3, steps 4 to 6); `use` gets the outcome.
@@ -211,22 +213,34 @@ void RangeStage::judge(Pair& pair, const RangeSample& sample, Prediction& predic
 bool RangeStage::is_excess(Pair& pair, const RangeSample& sample, const Prediction& prediction,
                            double sigma_m, double pose_sigma_m, AugmentedFilter& filter) const {
   if (!settings_.ranging.excess.use) return false;
-  constexpr double kMemory_s = 0.5;  // of the level before a step, at 20 Hz
-  const Time t = sample.t;
   const Vec3 sight = (prediction.p_odom_antenna_m - prediction.p_odom_peer_m).normalized();
-  pair.lines_of_sight.emplace_back(t, sight);
-  while ((t - pair.lines_of_sight.front().first).s() > kMemory_s) pair.lines_of_sight.pop_front();
-  const Vec3 turned = sight - pair.lines_of_sight.front().second;
-  const double turn_sigma_m = std::sqrt(turned.dot(prediction.P_between_m2 * turned));
-  // The range against its own change at the predicted rate: a correction of the pose makes a step
-  // in the residual, but none in the range.
-  if (pair.last_range) {
-    const double expected_m = prediction.rate_mps * (t - pair.last_range->t).s();
-    pair.shift_m += sample.range_m - pair.last_range->range_m - expected_m;
+  const Vec3 turned = pair.sight_turn.add(sample.t, sight);
+  odometry::AugmentedMeasurement speed;
+  speed.d_velocity = sight.transpose();
+  speed.d_augmented = AugmentedStates::Vector::Zero(filter.augmented().size());
+  ranging::ExcessSample watched;
+  watched.t = sample.t;
+  watched.range_m = sample.range_m;
+  watched.sigma_m = sigma_m;
+  // The rate between two ranges is not quite that at both.
+  constexpr double kRate_mps = 0.03;
+  watched.speed_sigma_mps =
+      std::hypot(kRate_mps, std::sqrt(std::max(0.0, filter.covariance({speed})(0, 0))));
+  watched.residual_m = prediction.measurement.residual;
+  watched.pose_sigma_m = pose_sigma_m;
+  watched.turn_sigma_m = std::sqrt(turned.dot(prediction.P_between_m2 * turned));
+  // By the predicted rate: a correction of the pose is no motion. Over missing ranges the rate
+  // changes, but without ranges there are few corrections.
+  constexpr double kSteady_s = 0.5;
+  const double distance_m = (prediction.p_odom_antenna_m - prediction.p_odom_peer_m).norm();
+  if (pair.watched) {
+    const double dt_s = seconds_between(pair.watched->t, sample.t);
+    watched.change_m = dt_s > kSteady_s
+                           ? distance_m - pair.watched->distance_m
+                           : 0.5 * (pair.watched->rate_mps + prediction.rate_mps) * dt_s;
   }
-  pair.last_range = sample;
-  const ranging::ExcessVerdict verdict =
-      pair.excess.look(t, pair.shift_m, sigma_m, pose_sigma_m, turn_sigma_m);
+  pair.watched = {sample.t, distance_m, prediction.rate_mps};
+  const ranging::ExcessVerdict verdict = pair.excess.look(watched);
   if (verdict == ranging::ExcessVerdict::kRelieved) {
     // The estimate that followed the long ranges is wrong by the step: at standstill the landmark,
     // else the pose. Not both: the two would drift along the line of sight together.

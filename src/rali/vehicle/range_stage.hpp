@@ -15,6 +15,7 @@
 #include "rali/ranging/range_link.hpp"
 #include "rali/ranging/range_sanity.hpp"
 #include "rali/ranging/range_thinning.hpp"
+#include "rali/ranging/sight_turn.hpp"
 #include "rali/vehicle/event.hpp"
 #include "rali/vehicle/peer_places.hpp"
 #include "rali/vehicle/settings.hpp"
@@ -79,6 +80,13 @@ class RangeStage {
   /// (peer, peer's antenna)
   using LandmarkKey = std::tuple<VehicleId, std::uint8_t>;
 
+  /// Prediction of a range that the ExcessWatch has seen.
+  struct Watched {
+    Time t;
+    double distance_m = 0.0;
+    double rate_mps = 0.0;
+  };
+
   /// State of one pair of antennas.
   struct Pair {
     Pair(const ranging::RangingSettings& r, double bias_given_m, double bias_given_sigma_m)
@@ -95,11 +103,10 @@ class RangeStage {
     ranging::RangeThinning thinning;
     ranging::ExcessWatch excess;
     ranging::AnchorFinder finder;
-    std::deque<std::pair<Time, geometry::Vec3>> lines_of_sight;  ///< recent ones, unit
-    std::optional<sensor::RangeSample> last_range;               ///< to detect steps
-    double shift_m = 0.0;  ///< sum of the range changes less the predicted ones
-    double R_m2 = 0.0;     ///< last value from the gate
-    int bias = -1;         ///< index of the augmented state
+    ranging::SightTurn sight_turn;
+    std::optional<Watched> watched;  ///< the last one
+    double R_m2 = 0.0;               ///< last value from the gate
+    int bias = -1;                   ///< index of the augmented state
     Time t_bias;
     double bias_m = 0.0, bias_sigma_m = 0.0;  ///< before it is an augmented state
     std::optional<Time> t_received;

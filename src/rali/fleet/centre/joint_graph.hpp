@@ -97,6 +97,7 @@ class JointGraph {
     std::size_t pair = 0;     ///< in pairs_
     double sigma_m = 0.1;     ///< without the error shared with neighbours
     std::size_t stretch = 0;  ///< ranges with the same index may share an error
+    bool excess = false;      ///< longer than the line of sight, by the ranges around it
     bool used = true;
     double uncertainty = 1.0;  ///< of its stretch: factor on the sigma in the graph
   };

@@ -3,11 +3,14 @@
 #include <map>
 
 #include "rali/fleet/centre/joint_graph.hpp"
+#include "rali/ranging/excess_watch.hpp"
 #include "rali/ranging/path_fit.hpp"
 #include "rali/ranging/range_thinning.hpp"
+#include "rali/ranging/sight_turn.hpp"
 
 namespace rali::fleet {
 
+using geometry::Mat3;
 using geometry::SE3;
 using geometry::Vec3;
 
@@ -42,6 +45,61 @@ class Stretches {
   double slow_time_s_;
   std::map<int, Stretch> last_;  ///< by pair
   std::size_t count_ = 0;
+};
+
+/// Which ranges are longer than the line of sight, by the ranges of the same pair around them and
+/// the motion of both odometries.
+class Excess {
+ public:
+  Excess(const ranging::ExcessSettings& settings, double path_sigma_m)
+      : settings_(settings), path_sigma_m_(path_sigma_m) {}
+
+  /// Ranges come by time. @param between vector between the antennas by the odometries
+  /// @param R_a, R_b from the odom of each end to the frame of `between`
+  bool is_one(const JointRange& r, const Vec3& between, const Mat3& R_a, const Mat3& R_b) {
+    if (!settings_.use) return false;
+    Pair& pair = pairs_.try_emplace(r.pair, settings_).first->second;
+    const Vec3 sight = between.normalized();
+    const Vec3 turned = pair.sight_turn.add(r.t, sight);
+    ranging::ExcessSample sample;
+    sample.t = r.t;
+    sample.range_m = r.range_m;
+    sample.sigma_m = r.sigma_m;
+    sample.speed_sigma_mps = std::hypot(r.a.speed_sigma_mps, r.b.speed_sigma_mps);
+    sample.turn_sigma_m = turned.norm() * path_sigma_m_;
+    if (pair.last) {
+      sample.change_m = sight.dot(R_b * moved(pair.last->b, r.b, pair.last->t, r.t) -
+                                  R_a * moved(pair.last->a, r.a, pair.last->t, r.t));
+    }
+    pair.last = r;
+    // One that only may begin a step is left to the gate.
+    return pair.watch.look(sample) == ranging::ExcessVerdict::kExcess;
+  }
+
+ private:
+  struct Pair {
+    explicit Pair(const ranging::ExcessSettings& settings) : watch(settings) {}
+
+    ranging::ExcessWatch watch;
+    ranging::SightTurn sight_turn;
+    std::optional<JointRange> last;
+  };
+
+  /// In odom, of the antenna. By the speed: corrections of the pose, by other ranges, are no
+  /// motion.
+  static Vec3 moved(const RangeEnd& before, const RangeEnd& now, Time t_before, Time t) {
+    const Vec3 lever = now.p_odom_m - now.place.T_odom_body.p;
+    const Vec3 lever_before = before.p_odom_m - before.place.T_odom_body.p;
+    const double dt_s = seconds_between(t_before, t);
+    constexpr double kSteady_s = 0.5;
+    if (!now.v_odom_mps || !before.v_odom_mps || dt_s > kSteady_s)
+      return now.p_odom_m - before.p_odom_m;
+    return 0.5 * dt_s * (*now.v_odom_mps + *before.v_odom_mps) + lever - lever_before;
+  }
+
+  ranging::ExcessSettings settings_;
+  double path_sigma_m_;
+  std::map<int, Pair> pairs_;
 };
 
 }  // namespace
@@ -90,11 +148,16 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
   through_walls.slow_sigma_m = ranging_.sight.sigma_factor * ranging_.limits.sigma_m;
   std::map<std::pair<int, bool>, ranging::RangeThinning> thinning;
   Stretches stretches(ranging_.slow.slow_time_s);
+  Excess excess(ranging_.excess, settings_.path_sigma_m);
   for (const JointRange& r : joint.ranges) {
     const AntennaPair& pair = pairs_[static_cast<std::size_t>(r.pair)];
     if (!in_group(pair)) continue;
     const auto watch =
         thinning.try_emplace({r.pair, r.blocked}, r.blocked ? through_walls : ranging_.slow).first;
+    const Vec3 between =
+        *T_map_odom_[pair.b.path] * r.b.p_odom_m - *T_map_odom_[pair.a.path] * r.a.p_odom_m;
+    const bool is_excess =
+        excess.is_one(r, between, T_map_odom_[pair.a.path]->R, T_map_odom_[pair.b.path]->R);
     const double inflation = watch->second.inflation(r.t, r.sigma_m, r.a.at_rest && r.b.at_rest);
     const bool finished =
         r.a.place.node < begin_[pair.a.path] || r.b.place.node < begin_[pair.b.path];
@@ -110,28 +173,26 @@ void JointGraph::add(const JointRanges& joint, const std::vector<std::optional<d
     f.t = r.t;
     if (settings_.bias) f.bias = r.pair;
     f.tau = 0;
-    const Vec3 between =
-        *T_map_odom_[pair.b.path] * r.b.p_odom_m - *T_map_odom_[pair.a.path] * r.a.p_odom_m;
     f.range_rate_mps =
         between.normalized().dot(velocity_map(pair.b.path, r.b) - velocity_map(pair.a.path, r.a));
     f.range_m = r.range_m;
     f.sigma_m = r.sigma_m * std::sqrt(inflation);
-    graph_->add(f);
+    range.excess = is_excess;
+    range.used = !is_excess;
+    if (range.used) graph_->add(f);
     ranges_.push_back(range);
   }
   stretches_ = stretches.count();
 }
 
-/// Classifies each range again with the current paths, in the order of time: a range rejected with
-/// wrong paths may fit the right ones, and vice versa.
+/// Classifies each range again with the current paths: a range rejected with wrong paths may fit
+/// the right ones, and vice versa. One with an excess is never used: a path solved with it may fit.
 void JointGraph::reclassify_outliers() {
-  std::map<std::size_t, ranging::ExcessWatch> watches;
-  const double path_sigma_m = settings_.path_sigma_m;
   for (Range& range : ranges_) {
-    auto& watch = watches.emplace(range.pair, ranging::ExcessWatch(ranging_.excess)).first->second;
+    if (range.excess) continue;
     const double nu_m = -graph_->residual(range.factor);
     const bool fits =
-        ranging::fits_path(watch, range.factor.t, nu_m, range.sigma_m, path_sigma_m, ranging_.gate);
+        ranging::fits_path(nu_m, range.sigma_m, settings_.path_sigma_m, ranging_.gate);
     if (fits == range.used) continue;
     if (fits) {
       range.factor.id = next_range_++;

@@ -34,7 +34,19 @@ std::optional<RangeEnd> end_of(const VehiclePath& path, std::uint8_t antenna, Ti
   end.place = *place;
   if (reported != nullptr) end.place.T_odom_body = reported->T_odom_body;
   end.p_odom_m = end.place.T_odom_body * path.antennas_body_m()[antenna];
-  end.at_rest = reported != nullptr ? reported->at_rest : path.nodes()[place->node].step.at_rest;
+  const Increment& before = path.nodes()[place->node].step;
+  end.at_rest = reported != nullptr ? reported->at_rest : before.at_rest;
+  if (end.at_rest) {
+    end.v_odom_mps = geometry::Vec3::Zero();
+    return end;
+  }
+  const std::size_t next = std::min(place->node + 1, path.nodes().size() - 1);
+  const Increment& after = path.nodes()[next].step;
+  if (before.levelled && after.levelled) {
+    end.v_odom_mps = (1.0 - place->alpha) * before.v_odom_mps + place->alpha * after.v_odom_mps;
+  }
+  constexpr double kKnown_mps = 0.03, kDegenerate_mps = 0.12;
+  end.speed_sigma_mps = before.degenerate || after.degenerate ? kDegenerate_mps : kKnown_mps;
   return end;
 }
 

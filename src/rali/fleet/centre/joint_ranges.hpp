@@ -27,6 +27,8 @@ struct RangeEnd {
   PathPlace place;
   geometry::Vec3 p_odom_m = geometry::Vec3::Zero();
   bool at_rest = false;
+  std::optional<geometry::Vec3> v_odom_mps;  ///< of the body, where inertial data determine it
+  double speed_sigma_mps = 0.0;              ///< along the line of sight, about
 };
 
 /// One range measurement, once, with the data of both ends.
