@@ -220,9 +220,7 @@ void FrameSolver::solve(Group& group, bool anew) {
   std::set<std::size_t> kept;
   for (std::size_t g = 0; g < problem.evidence.size(); ++g) {
     const PoseEvidence& e = problem.evidence[g].alternatives.front();
-    const bool decided =
-        std::any_of(group.held_priors.begin(), group.held_priors.end(),
-                    [&](const KeyPair& pair) { return pair == KeyPair(e.a, e.b); });
+    const bool decided = group.held_priors.contains({e.a, e.b});
     if (e.source != EvidenceSource::kPrior || !decided) continue;
     holds[g] = 0;
     kept.insert(g);
