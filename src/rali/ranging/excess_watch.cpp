@@ -59,6 +59,9 @@ ExcessVerdict ExcessWatch::look(const ExcessSample& sample) {
     return ExcessVerdict::kNone;
   }
   if (!confirmed(now, change, sample.sigma_m)) {
+    // Too small for a step, and it stays: the new level.
+    constexpr std::size_t kPendingMax = 27;
+    if (pending_.size() >= kPendingMax) restart_at_pending();
     if (!change) follow(now);
     if (t_excess_ && seconds_between(*t_excess_, now.t) > settings_.longest_s) reset();
     if (t_excess_) return ExcessVerdict::kExcess;
@@ -71,10 +74,18 @@ ExcessVerdict ExcessWatch::look(const ExcessSample& sample) {
     return ExcessVerdict::kNone;
   }
   fitting_ = 0;
-  passing_.clear();
   if (step_m_ < 0.0) return ExcessVerdict::kRelieved;
   t_excess_ = now.t;
   return ExcessVerdict::kExcess;
+}
+
+/// Median of the last samples before `end`, and the time of the middle one.
+ExcessWatch::Seen ExcessWatch::level_before(std::deque<Seen>::const_iterator end) const {
+  const auto n = static_cast<std::ptrdiff_t>(settings_.level_samples);
+  const auto begin = end - std::min(n, end - seen_.begin());
+  std::vector<double> level_m;
+  for (auto seen = begin; seen != end; ++seen) level_m.push_back(seen->unexplained_m);
+  return {(begin + (end - begin) / 2)->t, median(std::move(level_m))};
 }
 
 /// Against the median of a few earlier samples, the last ones and older ones; nothing if no change
@@ -84,18 +95,15 @@ std::optional<ExcessWatch::Change> ExcessWatch::change(const Seen& now,
                                                        const ExcessSample& sample) const {
   constexpr std::array<double, 4> kLags_s{0.0, 1.0, 2.0, 4.0};
   constexpr double kConspicuous = 0.5, kJump = 0.6;
-  const auto n = static_cast<std::ptrdiff_t>(settings_.level_samples);
   const double noise_m = limit(sample.sigma_m);
   for (const double lag_s : kLags_s) {
     const auto end = std::partition_point(seen_.begin(), seen_.end(), [&](const Seen& seen) {
       return seconds_between(seen.t, now.t) >= lag_s;
     });
     if (end - seen_.begin() < settings_.level_min) return std::nullopt;
-    const auto begin = end - std::min(n, end - seen_.begin());
-    std::vector<double> level_m;
-    for (auto seen = begin; seen != end; ++seen) level_m.push_back(seen->unexplained_m);
-    const double age_s = seconds_between((begin + (end - begin) / 2)->t, now.t);
-    const double change_m = now.unexplained_m - median(std::move(level_m));
+    const Seen level = level_before(end);
+    const double age_s = seconds_between(level.t, now.t);
+    const double change_m = now.unexplained_m - level.unexplained_m;
     // An obstacle that came will go: for its end less is required.
     const bool ends = t_excess_ && change_m < 0.0;
     const double sigmas = (ends ? 0.5 : 1.0) * settings_.step_sigmas;
@@ -146,12 +154,8 @@ bool ExcessWatch::fits_again(const ExcessSample& sample) {
 bool ExcessWatch::passes(const Seen& now) {
   constexpr std::size_t kOver = 9;
   constexpr double kDown = 0.7;
-  const auto n = std::min(seen_.size(), static_cast<std::size_t>(settings_.level_samples));
-  std::vector<double> level_m;
-  for (std::size_t k = seen_.size() - n; k < seen_.size(); ++k) {
-    level_m.push_back(seen_[k].unexplained_m);
-  }
-  const bool passes = now.unexplained_m < median(std::move(level_m)) - kDown * step_m_;
+  const double level_m = level_before(seen_.end()).unexplained_m;
+  const bool passes = now.unexplained_m < level_m - kDown * step_m_;
   if (!passes) {
     passing_.clear();
     return false;

@@ -19,6 +19,10 @@ enum class ExcessVerdict {
   kRelieved  ///< stepped down: earlier ranges were too long, and the pose followed them
 };
 
+/// Ranges this near in time: the distance has changed by the mean speed. Over more the speed
+/// changes.
+inline constexpr double kSteadySpeed_s = 0.5;
+
 /// One range of a pair for the ExcessWatch.
 struct ExcessSample {
   Time t;
@@ -85,6 +89,7 @@ class ExcessWatch {
   };
 
   [[nodiscard]] double limit(double sigma_m) const;
+  [[nodiscard]] Seen level_before(std::deque<Seen>::const_iterator end) const;
   [[nodiscard]] std::optional<Change> change(const Seen& now, const ExcessSample& sample) const;
   [[nodiscard]] bool confirmed(const Seen& now, const std::optional<Change>& change,
                                double sigma_m);

@@ -186,6 +186,17 @@ TEST(ExcessWatch, ranges_that_pass_between_obstructed_ones_are_used) {
   EXPECT_FALSE(fed.watch.in_excess());
 }
 
+// Reflections change between two vehicles at standstill: for minutes each range was compared with a
+// level that no longer existed.
+TEST(ExcessWatch, a_change_too_small_for_a_step_becomes_the_level) {
+  Fed fed;
+  fed.speed_sigma_mps = 0.0;
+  fed.expect_quiet(40, 0.0);
+  for (int k = 0; k < 40; ++k) EXPECT_NE(fed.quiet(0.15), ExcessVerdict::kExcess) << k;
+  fed.expect_quiet(1000, 0.15);
+  EXPECT_EQ(fed.quiet(0.28), ExcessVerdict::kNone) << "0.13 m above the new level";
+}
+
 TEST(ExcessWatch, detects_no_step_before_a_reference_level_exists) {
   Fed fed;
   const double first_m[] = {0.0, 3.0, -2.0, 1.0, 0.5};

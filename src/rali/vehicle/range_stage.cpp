@@ -231,11 +231,10 @@ bool RangeStage::is_excess(Pair& pair, const RangeSample& sample, const Predicti
   watched.turn_sigma_m = std::sqrt(turned.dot(prediction.P_between_m2 * turned));
   // By the predicted rate: a correction of the pose is no motion. Over missing ranges the rate
   // changes, but without ranges there are few corrections.
-  constexpr double kSteady_s = 0.5;
   const double distance_m = (prediction.p_odom_antenna_m - prediction.p_odom_peer_m).norm();
   if (pair.watched) {
     const double dt_s = seconds_between(pair.watched->t, sample.t);
-    watched.change_m = dt_s > kSteady_s
+    watched.change_m = dt_s > ranging::kSteadySpeed_s
                            ? distance_m - pair.watched->distance_m
                            : 0.5 * (pair.watched->rate_mps + prediction.rate_mps) * dt_s;
   }

@@ -187,6 +187,25 @@ TEST(RangeStage, marks_a_burst_of_long_ranges_as_nlos_from_the_first) {
   EXPECT_NEAR(s.filter.now.T_odom_body.p.x(), 0.0, 0.02);
 }
 
+// Its landmark was removed after 8 s, and placed again by the ranges that were too long.
+TEST(RangeStage, keeps_the_landmark_while_an_obstacle_stands_between) {
+  Staged s;
+  s.filter.now.v_odom_mps = Vec3::Zero();
+  s.filter.P(3, 3) = 1e-4;
+  for (int k = 0; k < 500; ++k) {
+    const bool obstructed = k >= 40 && k < 440;  // 20 s
+    s.report(0.05 * k, true);
+    const RangeUse use = s.one(0.05 * k, 10.0 + (k % 2 == 0 ? 0.02 : -0.02) + 0.6 * obstructed);
+    if (obstructed) {
+      EXPECT_EQ(use.reason, RangeReason::kNlos) << k;
+    }
+    if (k >= 450) {
+      EXPECT_TRUE(use.used()) << k;
+    }
+  }
+  EXPECT_NEAR(s.filter.now.T_odom_body.p.x(), 0.0, 0.02);
+}
+
 TEST(RangeStage, consistently_short_ranges_widen_the_pose_covariance) {
   Staged s;
   s.filter.now.v_odom_mps = Vec3::Zero();

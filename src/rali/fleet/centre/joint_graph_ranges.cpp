@@ -91,8 +91,7 @@ class Excess {
     const Vec3 lever = now.p_odom_m - now.place.T_odom_body.p;
     const Vec3 lever_before = before.p_odom_m - before.place.T_odom_body.p;
     const double dt_s = seconds_between(t_before, t);
-    constexpr double kSteady_s = 0.5;
-    if (!now.v_odom_mps || !before.v_odom_mps || dt_s > kSteady_s)
+    if (!now.v_odom_mps || !before.v_odom_mps || dt_s > ranging::kSteadySpeed_s)
       return now.p_odom_m - before.p_odom_m;
     return 0.5 * dt_s * (*now.v_odom_mps + *before.v_odom_mps) + lever - lever_before;
   }

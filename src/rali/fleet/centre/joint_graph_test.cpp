@@ -189,7 +189,9 @@ TEST(JointGraph, distributes_the_error_of_a_degenerate_stretch_also_if_it_is_sma
 
 /// Two vehicles stand 3 m apart, known to 0.02 m, and measure ranges 40 times within a minute.
 /// @return shift of the second by ranges that are all too long by `excess_m`
-double pulled_m(double excess_m, double stretch_sd) {
+/// @param to the excess ends before this range, of 40
+double pulled_m(double excess_m, double stretch_sd, int from = 0, int to = 40,
+                bool watched = true) {
   std::vector<VehiclePath> paths;
   for (std::uint16_t v = 0; v < 2; ++v) {
     VehiclePath path(VehicleId{v});
@@ -205,7 +207,7 @@ double pulled_m(double excess_m, double stretch_sd) {
       range.t = Time::from_s(1.0 + 1.4 * k);
       range.from = VehicleId{0};
       range.to = VehicleId{1};
-      range.range_m = 3.0 + excess_m;
+      range.range_m = 3.0 + (k >= from && k < to ? excess_m : 0.0);
       range.sigma_m = 0.1;
       range.at_rest = true;
       block.ranges.push_back(range);
@@ -217,7 +219,9 @@ double pulled_m(double excess_m, double stretch_sd) {
   settings.bias = false;
   settings.stretch_sd = stretch_sd;
   const SE3 apart{Mat3::Identity(), Vec3(3.0, 0.0, 0.0)};
-  JointGraph joint(paths, {SE3{}, apart}, settings, {});
+  ranging::RangingSettings ranging;
+  ranging.excess.use = watched;
+  JointGraph joint(paths, {SE3{}, apart}, settings, ranging);
   StartPrior start;
   start.path = 1;
   start.T_relative_path = apart;
@@ -237,6 +241,13 @@ TEST(JointGraph, down_weights_ranges_with_a_common_positive_error_together) {
   EXPECT_GT(pulled_m(0.3, 2.0), 0.0);
   EXPECT_NEAR(pulled_m(0.05, 2.0), pulled_m(0.05, 0.0), 1e-6) << "what noise may do counts whole";
   EXPECT_LT(pulled_m(-0.3, 2.0), -0.4 * trusting_m) << "nothing makes a range too short";
+}
+
+// The path was solved with the ranges of an obstacle before they were judged by that path.
+TEST(JointGraph, leaves_out_an_obstruction_before_the_first_solution) {
+  const double unwatched_m = pulled_m(0.4, 0.0, 25, 36, false);
+  EXPECT_GT(unwatched_m, 0.0008);
+  EXPECT_LT(std::abs(pulled_m(0.4, 0.0, 25, 36)), 0.3 * unwatched_m);
 }
 
 }  // namespace

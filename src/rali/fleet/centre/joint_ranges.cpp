@@ -45,6 +45,7 @@ std::optional<RangeEnd> end_of(const VehiclePath& path, std::uint8_t antenna, Ti
   if (before.levelled && after.levelled) {
     end.v_odom_mps = (1.0 - place->alpha) * before.v_odom_mps + place->alpha * after.v_odom_mps;
   }
+  // Facts do not contain the sigma of the speed; this is about what a filter states with ranges.
   constexpr double kKnown_mps = 0.03, kDegenerate_mps = 0.12;
   end.speed_sigma_mps = before.degenerate || after.degenerate ? kDegenerate_mps : kKnown_mps;
   return end;
