@@ -36,6 +36,9 @@ struct ScanResult {
   geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();  ///< in the IMU
   imu::NoiseDensity inertial_noise;   ///< of the inertial data, as the estimator uses it
   imu::MeasuredNoise measured_noise;  ///< of the inertial data, while driving
+  /// Of the specific force expected at constant speed, accelerometer bias and gravity together, in
+  /// its worst direction; 0: not known.
+  double force_sigma_mps2 = 0.0;
   bool inertial = false;  ///< gravity and biases are initialised, the pose uses inertial data too
   geometry::Mat6 covariance = geometry::Mat6::Zero();         ///< of geometry::boxplus
   geometry::Mat6 lidar_information = geometry::Mat6::Zero();  ///< boxplus order, without prior

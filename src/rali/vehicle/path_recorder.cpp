@@ -39,6 +39,7 @@ std::optional<PathNode> PathRecorder::add(const odometry::ScanResult& result,
   step.v_odom_mps = result.v_odom_mps;
   step.gyro_bias_radps = result.gyro_bias_radps;
   step.accel_bias_mps2 = result.accel_bias_mps2;
+  step.force_sigma_mps2 = result.force_sigma_mps2;
   step.g_odom_mps2 = g_odom_mps2;
   // A fact with a number out of bounds would be refused, and the path would lose this node.
   step.level_sigma_rad = level_sigma_rad < std::numbers::pi ? level_sigma_rad : std::numbers::pi;

@@ -19,6 +19,7 @@ using graph::Seq;
 
 namespace {
 
+constexpr double kForceSigmaMin_mps2 = 1e-4;  ///< what an accelerometer resolves
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 double inverse_square(double sigma) { return 1.0 / (sigma * sigma); }
@@ -134,6 +135,7 @@ void JointGraph::add_path(std::size_t path) {
     }
   }
   add_steps(path);
+  add_standstill(path);
   add_initialised(path);
   add_tilt(path);
 }
@@ -141,9 +143,15 @@ void JointGraph::add_path(std::size_t path) {
 /// An accelerometer measures bias and gravity together: known is their sum, f = b + g R^T up. The
 /// level is left to the gravity factors (joint_tilt.cpp). With a prior on the bias itself each
 /// inertial stretch would measure the level once more, with the same error as all others, and
-/// bend the path between them.
+/// bend the path between them. The vehicle's filter knows the sum from the whole drive, this
+/// stretch alone would have to learn it anew.
 void JointGraph::add_start_of_inertial(std::size_t path, std::size_t node) {
-  const Increment& step = paths_[path].nodes()[node].step;
+  const auto& nodes = paths_[path].nodes();
+  const Increment& step = nodes[node].step;
+  const bool goes_on = node + 1 < nodes.size() && nodes[node + 1].step.inertial;
+  const geometry::Mat3 R_imu_body =
+      goes_on ? geometry::Mat3(nodes[node + 1].step.inertial->T_body_imu.R.transpose())
+              : geometry::Mat3::Identity();
   const double g_mps2 = step.g_odom_mps2.norm();
   graph::PriorFactor prior;
   prior.i = seq(path, node);
@@ -155,11 +163,14 @@ void JointGraph::add_start_of_inertial(std::size_t path, std::size_t node) {
   set(graph::kGyroBias, settings_.start_gyro_bias_sigma_radps);
   const Vec3 up_odometry = -(step.T_odom_body.R.transpose() * step.g_odom_mps2).normalized();
   const Vec3 up_map = prior.mean.T_odom_body.R.transpose() * Vec3::UnitZ();
-  prior.mean.accel_bias_mps2 += g_mps2 * (up_odometry - up_map);
+  prior.mean.accel_bias_mps2 += g_mps2 * R_imu_body * (up_odometry - up_map);
   Eigen::Matrix<double, 3, graph::kStateDim> H = decltype(H)::Zero();
-  H.middleCols<3>(graph::kTheta) = g_mps2 * geometry::skew(up_map);
+  H.middleCols<3>(graph::kTheta) = g_mps2 * R_imu_body * geometry::skew(up_map);
   H.middleCols<3>(graph::kAccelBias).setIdentity();
-  prior.information += inverse_square(settings_.start_accel_bias_sigma_mps2) * H.transpose() * H;
+  const double sigma_mps2 = step.force_sigma_mps2 > 0.0
+                                ? std::max(kForceSigmaMin_mps2, step.force_sigma_mps2)
+                                : settings_.start_accel_bias_sigma_mps2;
+  prior.information += inverse_square(sigma_mps2) * H.transpose() * H;
   graph_->add(prior);
 }
 
@@ -232,11 +243,19 @@ void JointGraph::add_steps(std::size_t path) {
       factor.g_odom_mps2 = Vec3(0.0, 0.0, -step.g_odom_mps2.norm());
       graph_->add(factor);
     }
-    if (!before.at_rest) continue;
+  }
+}
+
+void JointGraph::add_standstill(std::size_t path) {
+  const auto& nodes = paths_[path].nodes();
+  for (std::size_t k = begin_[path]; k < nodes.size(); ++k) {
+    if (!nodes[k].step.at_rest) continue;
     graph::StandstillFactor rest;
-    rest.i = shape.i;
-    if (step.at_rest && !step.begins) rest.next = shape.j;
-    if (rest.next || has_speed(rest.i)) graph_->add(rest);
+    rest.i = seq(path, k);
+    const bool stays =
+        k + 1 < nodes.size() && nodes[k + 1].step.at_rest && !nodes[k + 1].step.begins;
+    if (stays) rest.next = seq(path, k + 1);
+    if (stays || has_speed(rest.i)) graph_->add(rest);
   }
 }
 

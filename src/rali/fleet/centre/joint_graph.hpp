@@ -116,6 +116,7 @@ class JointGraph {
   void take_separator_prior();
   void add_path(std::size_t path);
   void add_steps(std::size_t path);
+  void add_standstill(std::size_t path);
   [[nodiscard]] std::size_t first_levelled(std::size_t path) const;
   void add_initialised(std::size_t path);
   [[nodiscard]] std::optional<std::size_t> known_before(std::size_t path, std::size_t node,

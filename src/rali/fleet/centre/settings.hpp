@@ -105,7 +105,7 @@ struct JointSettings {
       "sigma of the first inertial node's speed");
     v("start_gyro_bias_sigma_radps", start_gyro_bias_sigma_radps, 1e-6, 1.0, "the same");
     v("start_accel_bias_sigma_mps2", start_accel_bias_sigma_mps2, 1e-5, 10.0,
-      "the same of its accelerometer bias, in a pose that is level as the odometry has it");
+      "the same of its accelerometer bias and gravity together, if its odometry does not state it");
     v("path_sigma_m", path_sigma_m, 0.0, 10.0,
       "sigma of the path when ranges are classified again");
     v("common_error_sd", stretch_sd, 0.0, 1e6,

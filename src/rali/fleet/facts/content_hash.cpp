@@ -71,6 +71,7 @@ void add(Hash& h, const Increment& step) {
   h.add(step.v_odom_mps);
   h.add(step.gyro_bias_radps);
   h.add(step.accel_bias_mps2);
+  h.add(step.force_sigma_mps2);
   h.add(step.g_odom_mps2);
   h.add(step.level_sigma_rad);
   h.add(step.covariance);

@@ -40,6 +40,9 @@ struct Increment {
   geometry::Vec3 v_odom_mps = geometry::Vec3::Zero();
   geometry::Vec3 gyro_bias_radps = geometry::Vec3::Zero();
   geometry::Vec3 accel_bias_mps2 = geometry::Vec3::Zero();
+  /// Of accelerometer bias and gravity together: the specific force expected at constant speed, in
+  /// its worst direction; 0: not known.
+  double force_sigma_mps2 = 0.0;
   geometry::Vec3 g_odom_mps2 = geometry::Vec3(0.0, 0.0, -9.81);
   double level_sigma_rad = 0.0;  ///< of the direction of g_odom_mps2; 0: not known
   geometry::Mat6 covariance = geometry::Mat6::Zero();         ///< of geometry::boxplus

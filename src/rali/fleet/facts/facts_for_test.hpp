@@ -34,6 +34,7 @@ inline Increment random_increment(Rng& rng) {
   step.gyro_bias_radps = 0.01 * random_vector(rng);
   step.accel_bias_mps2 = 0.1 * random_vector(rng);
   step.g_odom_mps2 = geometry::Vec3(0.01, -0.02, -9.81);
+  step.force_sigma_mps2 = rng.below(2) == 0 ? rng.uniform(1e-4, 1e-1) : 0.0;
   step.level_sigma_rad = rng.below(2) == 0 ? rng.uniform(1e-4, 1e-1) : 0.0;
   step.covariance = random_covariance<6>(rng);
   step.lidar_information = 1e8 * random_covariance<6>(rng);

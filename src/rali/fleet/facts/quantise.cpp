@@ -89,7 +89,8 @@ Fault round(Increment& step) {
   const bool ok = sane(step.T_odom_body) && sane(step.v_odom_mps) && sane(step.gyro_bias_radps) &&
                   sane(step.accel_bias_mps2) && sane(step.g_odom_mps2) && sane(step.covariance) &&
                   sane(step.lidar_information) && step.level_sigma_rad >= 0.0 &&
-                  step.level_sigma_rad <= kLevelMax_rad;
+                  step.level_sigma_rad <= kLevelMax_rad && step.force_sigma_mps2 >= 0.0 &&
+                  step.force_sigma_mps2 < kNumberMax;
   if (!ok) return kNoNumber;
   step.T_odom_body.R = rounded(step.T_odom_body.R);
   for (Vec3* v :
@@ -97,6 +98,7 @@ Fault round(Increment& step) {
     *v = as_float(*v);
   }
   step.level_sigma_rad = rounded_float(step.level_sigma_rad);
+  step.force_sigma_mps2 = rounded_float(step.force_sigma_mps2);
   step.covariance = covariance_of<6>(covariance_code<6>(step.covariance));
   step.lidar_information = rounded_information(step.lidar_information);
   if (!step.inertial) return std::nullopt;

@@ -325,6 +325,7 @@ ScanResult RobustOdometry::result_of(const LidarScan& scan, const UpdateResult& 
     if (!at_standstill_) out.measured_noise = motion_noise_.measured();
     out.gyro_bias_radps = state_.gyro_bias_radps;
     out.accel_bias_mps2 = state_.accel_bias_mps2;
+    out.force_sigma_mps2 = odometry::force_sigma_mps2(state_);
   }
   out.T_odom_body = quiet_start_ && !inertial_ ? track_.front().T_odom_body : state_.T_odom_body;
   out.T_odom_body_predicted = at_standstill_ ? out.T_odom_body : T_predicted_;

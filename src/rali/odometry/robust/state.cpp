@@ -1,5 +1,9 @@
 #include "rali/odometry/robust/state.hpp"
 
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "rali/geometry/regression.hpp"
@@ -56,6 +60,19 @@ Eigen::Vector2d turn_between(const Vec3& from, const Vec3& to) {
 }
 
 }  // namespace
+
+double force_sigma_mps2(const FilterState& state) {
+  const Mat3& R = state.T_odom_body.R;
+  const Vec3& g = state.g_odom_mps2;
+  // Of bias - R^T g, in odom.
+  Eigen::Matrix<double, 3, kStateDim> H = Eigen::Matrix<double, 3, kStateDim>::Zero();
+  H.block<3, 3>(0, kTheta) = -R * skew(Vec3(R.transpose() * g));
+  H.block<3, 3>(0, kAccelBias) = R;
+  H.block<3, 2>(0, kGravity) = skew(g) * gravity_basis(g);
+  const Mat3 P = H * state.P * H.transpose();
+  const Eigen::SelfAdjointEigenSolver<Mat3> solver(P, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
+}
 
 void carry_augmented_states(const FilterState& with, FilterState& state) {
   const Eigen::MatrixXd gain = geometry::regression(with.P_augmented.transpose(), with.P);

@@ -60,6 +60,11 @@ void propagate_covariance(FilterState& state, const StateCov& F);
 /// Removes the correlation of the state's entries [first, first + n) with all others.
 void decorrelate(FilterState& state, int first, int n);
 
+/// Sigma of the specific force expected at constant speed, in its worst direction: of accelerometer
+/// bias and gravity together, which are known better than each of them.
+/// @param state with inertial data
+[[nodiscard]] double force_sigma_mps2(const FilterState& state);
+
 /// Copies the augmented states of `with`, an estimate of the same vehicle that `state` replaces.
 /// Their dependence on the vehicle follows by regression (Jeffrey's rule); the rest is unchanged.
 /// Simply copied, the joint covariance could be indefinite.

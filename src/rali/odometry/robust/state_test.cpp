@@ -214,5 +214,32 @@ TEST(PropagateConstantVelocity, white_acceleration_grows_velocity_and_position_v
   EXPECT_NEAR(s.P(kTheta, kTheta), 0.25 / 3.0, 1e-2);
 }
 
+// An accelerometer at rest measures the sum: 0.01 rad of tilt that a bias compensates are nothing.
+TEST(ForceSigma, is_of_accelerometer_bias_and_gravity_together) {
+  FilterState s;
+  s.T_odom_body.R = geometry::so3_exp(Vec3(0.1, -0.2, 2.0));
+  const double tilt_rad = 0.01;
+  // Gravity turned about y of odom changes the force along x of odom by 9.81 m/s2 per rad.
+  const Vec3 dg_mps2 = Vec3(0.0, tilt_rad, 0.0).cross(s.g_odom_mps2);
+  StateVec v = StateVec::Zero();
+  v.segment<2>(kGravity) = gravity_basis(s.g_odom_mps2).transpose() * Vec3(0.0, tilt_rad, 0.0);
+  s.P = v * v.transpose();
+  EXPECT_NEAR(force_sigma_mps2(s), 9.81 * tilt_rad, 1e-9);
+  v.segment<3>(kAccelBias) = s.T_odom_body.R.transpose() * dg_mps2;
+  s.P = v * v.transpose();
+  EXPECT_NEAR(force_sigma_mps2(s), 0.0, 1e-9);
+}
+
+TEST(ForceSigma, an_error_of_the_attitude_counts_like_one_of_gravity) {
+  FilterState s;
+  s.T_odom_body.R = geometry::so3_exp(Vec3(0.1, -0.2, 2.0));
+  const Vec3 turn_odom_rad(0.0, 0.01, 0.0);
+  StateVec v = StateVec::Zero();
+  v.segment<3>(kTheta) = s.T_odom_body.R.transpose() * turn_odom_rad;
+  v.segment<2>(kGravity) = gravity_basis(s.g_odom_mps2).transpose() * turn_odom_rad;
+  s.P = v * v.transpose();
+  EXPECT_NEAR(force_sigma_mps2(s), 0.0, 1e-9) << "both turned by the same";
+}
+
 }  // namespace
 }  // namespace rali::odometry

@@ -70,6 +70,8 @@ void layout_increment(Body& body, Step& step) {
   });
   body.optional_section(4, step.level_sigma_rad > 0.0,
                         [&](auto& a) { a.as_float(step.level_sigma_rad); });
+  body.optional_section(5, step.force_sigma_mps2 > 0.0,
+                        [&](auto& a) { a.as_float(step.force_sigma_mps2); });
 }
 
 template <class Archive, class Id>
