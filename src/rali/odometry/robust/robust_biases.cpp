@@ -66,6 +66,7 @@ void RobustOdometry::report_refusal(FindingList& findings) {
 
 void RobustOdometry::finish(FindingList& findings) {
   if (refusal_) report_refusal(findings);
+  cover_.finish(findings);
 }
 
 }  // namespace rali::odometry::internal

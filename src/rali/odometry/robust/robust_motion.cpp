@@ -118,13 +118,16 @@ FilterState RobustOdometry::with_step(const FilterState& predicted, double size,
 
 /// A joint between tiles or a slipping tyre moves the body within one sample of the inertial
 /// sensor, which does not measure it. If the LiDAR deviates far beyond the predicted covariance,
-/// covariance for such a step is added, as large as needed; biases are not affected.
+/// covariance for such a step is added, as large as needed; biases are not affected. After a step the
+/// scan fits as usual. One that contradicts the prediction and fits poorly shows something else.
 void RobustOdometry::allow_jolt(const FilterState& predicted, UpdateResult& done) {
   constexpr double kGrowth = 4.0;
   constexpr double kMax = 256.0;
-  if (done.nis > settings_.update.jolt_nis && !has_many_matches(done)) {
+  constexpr double kPoor = 0.6;  // of the usual fit
+  const bool contradicts = done.nis > settings_.update.jolt_nis;
+  if (contradicts && !has_many_matches(done)) {
     state_ = predicted;
-    done = UpdateResult{};
+    done = rejected();
     return;
   }
   for (double size = 1.0; size <= kMax && done.nis > settings_.update.jolt_nis; size *= kGrowth) {
@@ -135,6 +138,11 @@ void RobustOdometry::allow_jolt(const FilterState& predicted, UpdateResult& done
     if (done.known.trace() + 0.5 < known.trace()) break;
   }
   look_again(predicted, done);
+  if (contradicts && done.fit < kPoor * usual_fit_) {
+    state_ = predicted;
+    done = rejected();
+    return;
+  }
   constexpr double kGain = 0.05;
   if (done.matches >= settings_.update.matches_min) usual_fit_ += kGain * (done.fit - usual_fit_);
 }
@@ -210,6 +218,7 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   t_last_good_ = state_.t;
   t_unmatched_.reset();
   last_posterior_ = state_;
+  if (seen_here) cover_.show(points_, state_.T_odom_body);
   return result_of(scan, seen);
 }
 

@@ -24,6 +24,7 @@ ScanResult RobustOdometry::process(const LidarScan& measured, Executor& /*execut
                                    FindingList& findings) {
   const LidarScan& scan = corrected(measured);
   if (!started_) return start(scan);
+  covered_ = false;
   end_refusal(scan.t_end, findings);
   if (first_scan_ && !has_imu_) deskew_first(scan);
   sampler_.sample(scan);
@@ -45,14 +46,19 @@ ScanResult RobustOdometry::process(const LidarScan& measured, Executor& /*execut
     turn_speed_.interrupt();
   }
   if (inertial_) constrain(done, findings);
-  if (settled) judge(done, findings);
+  if (covered_) {
+    track_state_ = TrackState::kPredicted;
+  } else if (settled) {
+    judge(done, findings);
+  }
+  cover_.note(covered_, scan.t_start, scan.t_end, findings);
   watch_travel(findings);
   if (interrupted && new_map_) track_state_ = TrackState::kDiverged;
   if (!settled) stray(predicted_, findings);
   // A young map has few planes: it must grow before many matches can be required.
   const bool young = scans_in_map_ < kYoungScans;
-  const bool trusted =
-      settled && (track_state_ != TrackState::kPredicted || young || is_on_new_ground());
+  const bool trusted = settled && !covered_ &&
+                       (track_state_ != TrackState::kPredicted || young || is_on_new_ground());
   if (trusted && map_.empty()) start_map();
   if (resumed_ && speed_is_known_again(scan.t_end)) resumed_.reset();
   if (inertial_ && trusted && !resumed_) measure_lasers(scan);
@@ -155,6 +161,10 @@ UpdateResult RobustOdometry::update(const LidarScan& scan, int rounds) {
     state_ = predicted;
     thin_ = false;
     done = update_with_scan(state_, matcher_, map_, start, settings_, axes_, closed(), inertial_);
+    if (inertial_ && (covered_ = is_covered(predicted, done))) {
+      state_ = predicted;
+      return rejected();
+    }
     if (inertial_) refuse_thin_hold(predicted, start, done);
     if (k == 0 && !inertial_) look_around(predicted, done);
     if (inertial_) allow_jolt(predicted, done);
@@ -194,6 +204,7 @@ void RobustOdometry::insert(const LidarScan& scan) {
   scan_motion(scan).apply(scan, sampler_.insert_indices(), points_);
   insert_points(state_.T_odom_body);
   if (points_.size() > 0) ++scans_in_map_;
+  if (inertial_) cover_.show(points_, state_.T_odom_body);
 }
 
 void RobustOdometry::insert_points(const SE3& T_odom_body) {

@@ -39,6 +39,19 @@ bool RobustOdometry::is_on_new_ground() const {
          matcher_.overlap(map_, state_.T_odom_body).beside() < settings_.update.matches_min;
 }
 
+/// As of a scan that meets no plane: the directions seen last remain.
+UpdateResult RobustOdometry::rejected() const {
+  UpdateResult out;
+  out.axes = axes_;
+  return out;
+}
+
+/// Something covers the LiDAR (cover.hpp). Only of a scan that fits poorly is it asked.
+bool RobustOdometry::is_covered(const FilterState& predicted, const UpdateResult& done) const {
+  constexpr double kPoor = 0.6;  // of the usual fit
+  return done.fit < kPoor * usual_fit_ && cover_.covers(points_, predicted.T_odom_body);
+}
+
 namespace {
 
 /// Whether the LiDAR moves the pose along the axis beyond the predicted covariance: either the

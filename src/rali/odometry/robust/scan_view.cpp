@@ -78,6 +78,12 @@ void ScanView::count(const std::vector<Vec3f>& points, const SE3& T_this_points,
   }
 }
 
+ViewAgreement ScanView::points_of(const ScanView& other, const SE3& T_this_other) const {
+  ViewAgreement out;
+  count(other.points_, T_this_other, out);
+  return out;
+}
+
 ViewAgreement ScanView::compare(const ScanView& other, const SE3& T_this_other) const {
   ViewAgreement out;
   count(other.points_, T_this_other, out);

@@ -28,7 +28,12 @@ class ScanView {
   /// @param points_body one scan; rays start at `p_body_lidar`.
   ScanView(const BodyPoints& points_body, const geometry::Vec3& p_body_lidar);
 
+  /// The other scan's points in this view.
   /// @param T_this_other pose of the other scan's LiDAR in this one's.
+  [[nodiscard]] ViewAgreement points_of(const ScanView& other,
+                                        const geometry::SE3& T_this_other) const;
+
+  /// points_of() in both directions.
   [[nodiscard]] ViewAgreement compare(const ScanView& other,
                                       const geometry::SE3& T_this_other) const;
 

@@ -130,7 +130,8 @@ Section difference_section(const std::vector<RunData>& runs) {
   }
   Table table(head_of(runs, "setting"));
   for (const auto& [key, row] : values) {
-    if (std::all_of(row.begin(), row.end(), [&](const std::string& v) { return v == row[0]; })) {
+    const std::vector<std::string>& all = row;
+    if (std::all_of(all.begin(), all.end(), [&](const std::string& v) { return v == all[0]; })) {
       continue;
     }
     std::vector<Cell> cells = {"<code>" + escaped(key) + "</code>"};

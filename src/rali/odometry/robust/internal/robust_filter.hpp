@@ -12,6 +12,7 @@
 #include "rali/odometry/odometry.hpp"
 #include "rali/odometry/robust/acceleration.hpp"
 #include "rali/odometry/robust/bend.hpp"
+#include "rali/odometry/robust/cover.hpp"
 #include "rali/odometry/robust/drift.hpp"
 #include "rali/odometry/robust/first_speed.hpp"
 #include "rali/odometry/robust/inertial.hpp"
@@ -134,6 +135,8 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   void remember_seen(const UpdateResult& done);
   void remember_blindness(const UpdateResult& done);
   [[nodiscard]] bool is_on_new_ground() const;
+  [[nodiscard]] UpdateResult rejected() const;
+  [[nodiscard]] bool is_covered(const FilterState& predicted, const UpdateResult& done) const;
 
   /// With fewer a scan does not outweigh the inertial data: in a map of few views planes may be
   /// false.
@@ -282,6 +285,8 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   geometry::SE3 T_predicted_;            ///< for the newest scan, before it was registered
   geometry::Mat3 P_predicted_m2_ = geometry::Mat3::Zero();  ///< of the predicted position
   AccelerationWatch acceleration_;
+  CoverWatch cover_{calibration_.T_body_lidar.p};
+  bool covered_ = false;  ///< the newest scan is of something that covers the LiDAR
   geometry::SE3 T_last_predicted_;  ///< predicted motion since the last scan
   geometry::SE3 T_propagated_;      ///< the same at constant velocity, up to now
   std::optional<Time> resumed_;     ///< found again then, the speed is not known yet
