@@ -4,6 +4,7 @@
 //
 // Input: a sequence of (1 byte: kind; 2 bytes: length or tenths of a second; bytes). The checksum
 // of a message is corrected.
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -66,8 +67,13 @@ class Hearer {
 
   void give(const fleet::NodeEvent& event) {
     fleet::NodeOutputs out;
-    node_.step(event, now_, executor_, out);
+    node_.step(event, now_, out);
     for (const fleet::NodeOutput& o : out) {
+      if (const auto* order = std::get_if<fleet::RunJob>(&o)) {
+        const std::atomic<bool> never = false;
+        order->job->run(executor_, never);
+        give(fleet::JobDone{order->number, order->job});
+      }
       const auto* reported = std::get_if<fleet::Envelope>(&o);
       if (reported == nullptr) continue;
       const auto bytes = wire::encode_envelope(*reported);

@@ -31,7 +31,7 @@ void decode_as(unsigned kind, std::span<const std::byte> message, Encoding encod
     case 5:
       return write_again(decode_range(message, encoding), encoding);
     case 6:
-      static_cast<void>(decode_string(message, encoding));
+      static_cast<void>(decode_odometry(message, encoding));
       return;
     case 7:
       static_cast<void>(decode_linktrack("nlink_parser/LinktrackNodeframe2", message, encoding));

@@ -74,6 +74,12 @@ void add_bodies(const FrameProblem& problem, Paths& paths) {
   }
 }
 
+/// Of the position. A block of a matrix without columns would be an offset to a null pointer.
+Eigen::Matrix3Xd of_position(const Eigen::Matrix4Xd& drift) {
+  if (drift.cols() == 0) return Eigen::Matrix3Xd(3, 0);
+  return drift.bottomRows<3>();
+}
+
 /// Errors of the two bodies of an alternative, and its information if they are unknown.
 void add_drift(const std::vector<DriftBasis>& bases, EvidenceGroup& group, std::size_t k) {
   const PoseEvidence& e = group.alternatives[k];
@@ -85,8 +91,9 @@ void add_drift(const std::vector<DriftBasis>& bases, EvidenceGroup& group, std::
   group.b_drift.push_back(of(e.on_b, group.b[k]));
   Eigen::Matrix4Xd a = group.a_drift.back(), b = group.b_drift.back();
   const geometry::Mat3 R_b_a = geometry::rotation_from_rpy(0.0, 0.0, e.yaw_rad);
-  a.bottomRows<3>() = R_b_a * a.bottomRows<3>();
-  if (e.on_b) b.bottomRows<3>() += quarter_turn(e.place_b_m - e.on_b->body.p_m) * b.row(0);
+  if (a.cols() > 0) a.bottomRows<3>() = (R_b_a * a.bottomRows<3>()).eval();
+  if (e.on_b && b.cols() > 0)
+    b.bottomRows<3>() += quarter_turn(e.place_b_m - e.on_b->body.p_m) * b.row(0);
   const Mat4 unknown = a * a.transpose() + b * b.transpose();
   group.apart.push_back(with_error(e.information, unknown));
 }
@@ -102,8 +109,8 @@ void add_drift(const Paths& paths, FrameProblem& problem) {
     if (first != paths[f].end()) problem.pivots_m[f] = first->p_m;
   }
   for (RangeTerm& r : problem.ranges) {
-    r.x_drift = bases[r.a].at(r.t, r.x_m).bottomRows<3>();
-    r.y_drift = bases[r.b].at(r.t, r.y_m).bottomRows<3>();
+    r.x_drift = of_position(bases[r.a].at(r.t, r.x_m));
+    r.y_drift = of_position(bases[r.b].at(r.t, r.y_m));
   }
   for (EvidenceGroup& group : problem.evidence) {
     for (std::size_t k = 0; k < group.alternatives.size(); ++k) add_drift(bases, group, k);
@@ -176,8 +183,8 @@ void weigh_rivalled(FrameProblem& problem) {
 }
 
 /// Marks the ranges between frames that a chain of start poses relates. Those of a pair share their
-/// walls: in a storey all are too long by about as much, and by their number they would turn a start
-/// pose by five sigma. So together they weigh as a few.
+/// walls: in a storey all are too long by about as much, and by their number they would turn a
+/// start pose by five sigma. So together they weigh as a few.
 void bound_ranges(FrameProblem& problem) {
   std::vector<std::size_t> chain(problem.keys.size());
   std::iota(chain.begin(), chain.end(), std::size_t{0});
