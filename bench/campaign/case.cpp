@@ -234,6 +234,11 @@ void Draw::dropouts() {
     case_.imu_missing.push_back(span("dropouts.imu_s", rng));
     has("imu drops out");
   }
+  Rng dust = stream("cover");  // its own: the recordings of earlier blocks stay the same otherwise
+  if (ranges_.happens("dropouts.cover", dust)) {
+    case_.lidar_covered.push_back(span("dropouts.cover_s", dust));
+    has("lidar covered");
+  }
 }
 
 void Draw::fleet() {

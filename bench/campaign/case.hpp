@@ -52,7 +52,7 @@ struct Case {
   double stop_s = 0.0;                      ///< total time of stops on the path
   std::optional<ClaimedNoise> noise;
   double time_offset_s = 0.0;  ///< added to the stamps of the inertial sensor
-  std::vector<Span> lidar_missing, imu_missing;
+  std::vector<Span> lidar_missing, lidar_covered, imu_missing;
   RangeFaults ranges;
   std::string prior_kind;  ///< good, wrong, none
   std::vector<GivenPrior> priors;

@@ -9,13 +9,24 @@
 
 #include "plan.hpp"
 #include "rali/drive/input/event_outlet.hpp"
+#include "rali/scenario/faults/fault.hpp"
 
 namespace rali::campaign {
 
 namespace {
 
-bool missing(const std::vector<Span>& spans, double t_s) {
+bool within(const std::vector<Span>& spans, double t_s) {
   return std::any_of(spans.begin(), spans.end(), [t_s](const Span& s) { return s.contains(t_s); });
+}
+
+/// Dust: how deep each ray gets is exponentially distributed, as with `--fault cover`.
+void cover(sim::RawScan& scan, double resolution_m, std::uint64_t seed) {
+  Rng rng(seed, "dust");
+  for (std::uint16_t& steps : scan.range_steps) {
+    const double depth_m =
+        scenario::kFaultCoverFrom_m - scenario::kFaultCoverDepth_m * std::log1p(-rng.uniform());
+    steps = static_cast<std::uint16_t>(std::min<double>(steps, depth_m / resolution_m));
+  }
 }
 
 /// Delivers the contents of a track through the last stage shared by all readers.
@@ -127,14 +138,18 @@ void Recording::take(sim::FleetSimulation& sim) {
   while (std::optional<sim::FleetMessage> message = sim.next()) {
     Track& track = tracks_[static_cast<std::size_t>(message->vehicle)];
     if (const auto* imu = std::get_if<sensor::ImuSample>(&message->data)) {
-      const bool in =
-          imu->t >= t_start_ && !missing(case_.imu_missing, seconds_between(t0, imu->t));
+      const bool in = imu->t >= t_start_ && !within(case_.imu_missing, seconds_between(t0, imu->t));
       if (in) track.imu.push_back(*imu);
     } else if (const auto* scan =
                    std::get_if<std::shared_ptr<const sensor::LidarScan>>(&message->data)) {
       const Time t = (*scan)->t_start;
-      const bool in = t >= t_start_ && !missing(case_.lidar_missing, seconds_between(t0, t));
-      if (in) track.scans.push_back({t, sim.last_raw_scan()});
+      const bool in = t >= t_start_ && !within(case_.lidar_missing, seconds_between(t0, t));
+      if (!in) continue;
+      track.scans.push_back({t, sim.last_raw_scan()});
+      if (within(case_.lidar_covered, seconds_between(t0, t))) {
+        cover(track.scans.back().raw, case_.setup.fleet.vehicle.ranging.resolution_m,
+              case_.seed + track.scans.size());
+      }
     } else if (const auto* range = std::get_if<sensor::RangeSample>(&message->data)) {
       if (range->t >= t_start_) ranges_.push_back(*range);
     }
@@ -162,13 +177,13 @@ void Recording::spoil_ranges() {
   std::vector<sensor::RangeSample> out;
   for (sensor::RangeSample r : ranges_) {
     const double t_s = seconds_between(case_.setup.fleet.vehicle.start, r.t);
-    if (missing(f.missing, t_s)) continue;
-    if (missing(f.frozen, t_s)) {
+    if (within(f.missing, t_s)) continue;
+    if (within(f.frozen, t_s)) {
       const Pair pair{r.from, r.to, r.from_antenna, r.to_antenna};
       r.range_m = frozen_m.emplace(pair, r.range_m).first->second;
     }
-    if (missing(f.biased, t_s)) r.range_m += f.biased_m;
-    if (missing(f.obstructed, t_s)) r.range_m -= f.obstructed_m * std::log(1.0 - rng.uniform());
+    if (within(f.biased, t_s)) r.range_m += f.biased_m;
+    if (within(f.obstructed, t_s)) r.range_m -= f.obstructed_m * std::log(1.0 - rng.uniform());
     r.t = r.t + Duration::from_s(f.stamp_shift_s);
     out.push_back(r);
   }

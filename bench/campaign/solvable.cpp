@@ -38,8 +38,9 @@ bool alone(const Recording& recording, const Track& track) {
   const Case& c = recording.description();
   if (c.has_imu()) return saturated_ratio(c, track) < kSaturated;
   double longest_s = 0.0;
-  for (const Span& span : c.lidar_missing)
-    longest_s = std::max(longest_s, span.end_s - span.start_s);
+  for (const auto* spans : {&c.lidar_missing, &c.lidar_covered}) {
+    for (const Span& span : *spans) longest_s = std::max(longest_s, span.end_s - span.start_s);
+  }
   return !featureless(c) && c.setup.fleet.vehicle.motion.speed_mps < kFast_mps && longest_s < 0.5;
 }
 

@@ -47,7 +47,7 @@ void CoverWatch::finish(FindingList& findings) {
       "space "
       "just before",
       (covered_->last - covered_->begin).s());
-  f.effect = "these scans are not used, inertial data alone carry the pose";
+  f.effect = "these scans are not used: the pose is predicted until the view is free again";
   f.remedy = "Keep dust, spray, curtains and hands away from the sensor.";
   findings.push_back(f);
   covered_.reset();

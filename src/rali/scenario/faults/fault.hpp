@@ -15,6 +15,7 @@ enum class FaultKind {
   kGap,          ///< no LiDAR and IMU messages
   kClockJump,    ///< the vehicle's clock is 1 s ahead (set forward at T0, back at T1)
   kNan,          ///< a third of the points are NaN
+  kCover,        ///< dust around the LiDAR: most rays end within a metre
   kTimeField,    ///< the time of every point is 0
   kImuScale,     ///< rates and accelerations 5 % too large
   kImuSaturate,  ///< rates are clipped at 0.3 rad/s, accelerations at 11 m/s^2
@@ -23,13 +24,15 @@ enum class FaultKind {
   kRadioLoss,    ///< the vehicle has no data link
   kCutFile       ///< the recording is truncated at T0, in the middle of a record
 };
-inline constexpr ChoiceNames<11> kFaultNames{"drop",       "gap",        "clock_jump",   "nan",
-                                             "time_field", "imu_scale",  "imu_saturate", "uwb_bias",
-                                             "uwb_off",    "radio_loss", "cut_file"};
+inline constexpr ChoiceNames<12> kFaultNames{"drop",     "gap",        "clock_jump", "nan",
+                                             "cover",    "time_field", "imu_scale",  "imu_saturate",
+                                             "uwb_bias", "uwb_off",    "radio_loss", "cut_file"};
 
 inline constexpr double kFaultClockJump_s = 1.0;
 inline constexpr double kFaultDropFraction = 0.5;
 inline constexpr double kFaultNanFraction = 1.0 / 3.0;
+inline constexpr double kFaultCoverFrom_m = 0.4;
+inline constexpr double kFaultCoverDepth_m = 0.4;
 inline constexpr double kFaultImuScale = 1.05;
 inline constexpr double kFaultGyroLimit_radps = 0.3;
 inline constexpr double kFaultAccelLimit_mps2 = 11.0;

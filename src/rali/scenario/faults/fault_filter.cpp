@@ -1,6 +1,7 @@
 #include "rali/scenario/faults/fault_filter.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace rali::scenario {
@@ -28,6 +29,20 @@ ScanPtr with_nan(const LidarScan& scan, Rng& chance) {
   for (std::size_t i = 0; i < spoilt->size(); ++i) {
     if (chance.uniform() >= kFaultNanFraction) continue;
     spoilt->x_m[i] = spoilt->y_m[i] = spoilt->z_m[i] = kNan;
+  }
+  return spoilt;
+}
+
+/// How deep a ray gets into dust is exponentially distributed.
+ScanPtr covered(const LidarScan& scan, Rng& chance) {
+  auto spoilt = std::make_shared<LidarScan>(scan);
+  for (std::size_t i = 0; i < spoilt->size(); ++i) {
+    const double depth_m = kFaultCoverFrom_m - kFaultCoverDepth_m * std::log1p(-chance.uniform());
+    const Eigen::Vector3d p_m(spoilt->x_m[i], spoilt->y_m[i], spoilt->z_m[i]);
+    const auto shorter = static_cast<float>(std::min(1.0, depth_m / p_m.norm()));
+    spoilt->x_m[i] *= shorter;
+    spoilt->y_m[i] *= shorter;
+    spoilt->z_m[i] *= shorter;
   }
   return spoilt;
 }
@@ -103,6 +118,9 @@ bool FaultFilter::spoil(std::size_t i, int vehicle, ScanPtr& scan, Time t) {
       return true;
     case FaultKind::kNan:
       scan = with_nan(*scan, chance_[i]);
+      return true;
+    case FaultKind::kCover:
+      scan = covered(*scan, chance_[i]);
       return true;
     case FaultKind::kTimeField:
       scan = without_times(*scan);

@@ -85,7 +85,7 @@ TEST(Fault, invalid_text_is_refused_with_a_reason) {
   EXPECT_EQ(
       error_of("gapp:v1@1-2"),
       "--fault 'gapp:v1@1-2': 'gapp' is no kind of fault. Did you mean 'gap'? Kinds: drop, gap, "
-      "clock_jump, nan, time_field, imu_scale, imu_saturate, uwb_bias, uwb_off, radio_loss, "
+      "clock_jump, nan, cover, time_field, imu_scale, imu_saturate, uwb_bias, uwb_off, radio_loss, "
       "cut_file.");
   EXPECT_EQ(error_of("gap:v3@1-2"),
             "--fault 'gap:v3@1-2': 'v3' is no vehicle. Vehicles: v1, v2, all.");
@@ -147,6 +147,23 @@ TEST(FaultFilter, nan_replaces_a_third_of_the_points) {
   for (const float x : scan_of(spoilt).x_m) bad += std::isnan(x) ? 1 : 0;
   EXPECT_NEAR(bad / 900.0, 1.0 / 3.0, 0.06);
   EXPECT_EQ(scan_of(spoilt).size(), 900U);
+}
+
+TEST(FaultFilter, cover_ends_most_rays_within_a_metre_and_lengthens_none) {
+  FaultFilter cover = filter("cover:v1@0-10");
+  const auto clear = scan_at(0, 1.0);
+  const auto spoilt = cover.apply(scan_at(0, 1.0));
+  const auto range_m = [](const sensor::LidarScan& scan, std::size_t i) {
+    return Eigen::Vector3f(scan.x_m[i], scan.y_m[i], scan.z_m[i]).norm();
+  };
+  int near = 0;
+  for (std::size_t i = 0; i < scan_of(spoilt).size(); ++i) {
+    const float now_m = range_m(scan_of(spoilt), i);
+    EXPECT_LE(now_m, 1.0001F * range_m(scan_of(clear), i));
+    EXPECT_GT(now_m, std::min(0.399F, 0.999F * range_m(scan_of(clear), i)));
+    near += now_m < 1.0F ? 1 : 0;
+  }
+  EXPECT_GT(near / 900.0, 0.7);
 }
 
 TEST(FaultFilter, time_field_makes_all_point_times_zero) {
