@@ -118,8 +118,9 @@ FilterState RobustOdometry::with_step(const FilterState& predicted, double size,
 
 /// A joint between tiles or a slipping tyre moves the body within one sample of the inertial
 /// sensor, which does not measure it. If the LiDAR deviates far beyond the predicted covariance,
-/// covariance for such a step is added, as large as needed; biases are not affected. After a step the
-/// scan fits as usual. One that contradicts the prediction and fits poorly shows something else.
+/// covariance for such a step is added, as large as needed; biases are not affected. After a step
+/// the scan fits as usual. One that contradicts the prediction and fits poorly shows something
+/// else.
 void RobustOdometry::allow_jolt(const FilterState& predicted, UpdateResult& done) {
   constexpr double kGrowth = 4.0;
   constexpr double kMax = 256.0;

@@ -191,15 +191,6 @@ void RobustOdometry::bend_poses(const SE3& end) {
   }
 }
 
-/// Observability at the final pose of the scan. A rejected registration has few matches and little
-/// information; storing it too would make the right pose impossible.
-void RobustOdometry::remember_seen(const UpdateResult& done) {
-  axes_ = done.axes;
-  lidar_known_ = done.known;
-  remember_blindness(done);
-  follow_bend(done);
-}
-
 void RobustOdometry::insert(const LidarScan& scan) {
   scan_motion(scan).apply(scan, sampler_.insert_indices(), points_);
   insert_points(state_.T_odom_body);

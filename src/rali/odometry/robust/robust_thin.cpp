@@ -11,6 +11,15 @@ std::array<bool, 3> RobustOdometry::closed() const {
   return {degenerate_[0] || thin_, degenerate_[1], degenerate_[2]};
 }
 
+/// Observability at the final pose of the scan. A rejected registration has few matches and little
+/// information; storing it too would make the right pose impossible.
+void RobustOdometry::remember_seen(const UpdateResult& done) {
+  axes_ = done.axes;
+  lidar_known_ = done.known;
+  remember_blindness(done);
+  follow_bend(done);
+}
+
 /// A direction becomes degenerate at once, and observable again only after several scans in a row:
 /// one of many scans has information by chance.
 void RobustOdometry::remember_blindness(const UpdateResult& done) {
