@@ -118,15 +118,11 @@ FilterState RobustOdometry::with_step(const FilterState& predicted, double size,
 
 /// A joint between tiles or a slipping tyre moves the body within one sample of the inertial
 /// sensor, which does not measure it. If the LiDAR deviates far beyond the predicted covariance,
-/// covariance for such a step is added, as large as needed; biases are not affected. After a step
-/// the scan fits as usual. One that contradicts the prediction and fits poorly shows something
-/// else.
+/// covariance for such a step is added, as large as needed; biases are not affected.
 void RobustOdometry::allow_jolt(const FilterState& predicted, UpdateResult& done) {
   constexpr double kGrowth = 4.0;
   constexpr double kMax = 256.0;
-  constexpr double kPoor = 0.6;  // of the usual fit
-  const bool contradicts = done.nis > settings_.update.jolt_nis;
-  if (contradicts && !has_many_matches(done)) {
+  if (done.nis > settings_.update.jolt_nis && !has_many_matches(done)) {
     state_ = predicted;
     done = rejected();
     return;
@@ -139,11 +135,6 @@ void RobustOdometry::allow_jolt(const FilterState& predicted, UpdateResult& done
     if (done.known.trace() + 0.5 < known.trace()) break;
   }
   look_again(predicted, done);
-  if (contradicts && done.fit < kPoor * usual_fit_) {
-    state_ = predicted;
-    done = rejected();
-    return;
-  }
   constexpr double kGain = 0.05;
   if (done.matches >= settings_.update.matches_min) usual_fit_ += kGain * (done.fit - usual_fit_);
 }
