@@ -19,13 +19,12 @@ bool within(const std::vector<Span>& spans, double t_s) {
   return std::any_of(spans.begin(), spans.end(), [t_s](const Span& s) { return s.contains(t_s); });
 }
 
-/// Dust: how deep each ray gets is exponentially distributed, as with `--fault cover`.
+/// Dust around the LiDAR, as with `--fault cover`.
 void cover(sim::RawScan& scan, double resolution_m, std::uint64_t seed) {
   Rng rng(seed, "dust");
   for (std::uint16_t& steps : scan.range_steps) {
-    const double depth_m =
-        scenario::kFaultCoverFrom_m - scenario::kFaultCoverDepth_m * std::log1p(-rng.uniform());
-    steps = static_cast<std::uint16_t>(std::min<double>(steps, depth_m / resolution_m));
+    const double depth_steps = scenario::cover_depth_m(rng) / resolution_m;
+    steps = static_cast<std::uint16_t>(std::min<double>(steps, depth_steps));
   }
 }
 

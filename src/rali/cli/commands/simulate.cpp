@@ -111,8 +111,7 @@ std::vector<Option> SimulateCommand::options() {
        "KIND:VEHICLE@T0-T1",
        "what goes wrong, with --closed-loop and --live for the vehicles, too; repeatable. drop gap "
        "clock_jump nan cover time_field imu_scale imu_saturate uwb_bias uwb_off radio_loss (not "
-       "--live) "
-       "cut_file (of the recording)",
+       "--live) cut_file (of the recording)",
        &faults_,
        false,
        {}},

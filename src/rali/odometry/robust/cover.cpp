@@ -44,8 +44,7 @@ void CoverWatch::finish(FindingList& findings) {
   f.t_end = covered_->last;
   f.text = fmt::format(
       "something covered the LiDAR for {:.1f} s: its scans show points where it had seen free "
-      "space "
-      "just before",
+      "space just before",
       (covered_->last - covered_->begin).s());
   f.effect = "these scans are not used: the pose is predicted until the view is free again";
   f.remedy = "Keep dust, spray, curtains and hands away from the sensor.";

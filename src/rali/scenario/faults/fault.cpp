@@ -96,6 +96,10 @@ Result<std::vector<Fault>> parse_faults(const std::vector<std::string>& texts, i
   return faults;
 }
 
+double cover_depth_m(Rng& chance) {
+  return kFaultCoverFrom_m - kFaultCoverDepth_m * std::log1p(-chance.uniform());
+}
+
 std::string fault_text(const Fault& fault) {
   const std::string_view name = kFaultNames[static_cast<std::size_t>(fault.kind)];
   if (fault.kind == FaultKind::kCutFile) {

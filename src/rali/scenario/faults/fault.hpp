@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rali/base/result.hpp"
+#include "rali/base/rng.hpp"
 #include "rali/base/settings.hpp"
 
 namespace rali::scenario {
@@ -55,6 +56,9 @@ struct Fault {
 /// Parses all texts, in order.
 [[nodiscard]] Result<std::vector<Fault>> parse_faults(const std::vector<std::string>& texts,
                                                       int vehicles);
+
+/// How deep a ray gets into dust: exponentially distributed.
+[[nodiscard]] double cover_depth_m(Rng& chance);
 
 /// The fault in command line syntax.
 [[nodiscard]] std::string fault_text(const Fault& fault);

@@ -1,7 +1,6 @@
 #include "rali/scenario/faults/fault_filter.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace rali::scenario {
@@ -33,11 +32,10 @@ ScanPtr with_nan(const LidarScan& scan, Rng& chance) {
   return spoilt;
 }
 
-/// How deep a ray gets into dust is exponentially distributed.
 ScanPtr covered(const LidarScan& scan, Rng& chance) {
   auto spoilt = std::make_shared<LidarScan>(scan);
   for (std::size_t i = 0; i < spoilt->size(); ++i) {
-    const double depth_m = kFaultCoverFrom_m - kFaultCoverDepth_m * std::log1p(-chance.uniform());
+    const double depth_m = cover_depth_m(chance);
     const Eigen::Vector3d p_m(spoilt->x_m[i], spoilt->y_m[i], spoilt->z_m[i]);
     const auto shorter = static_cast<float>(std::min(1.0, depth_m / p_m.norm()));
     spoilt->x_m[i] *= shorter;
