@@ -67,6 +67,7 @@ void RobustOdometry::report_refusal(FindingList& findings) {
 void RobustOdometry::finish(FindingList& findings) {
   if (refusal_) report_refusal(findings);
   cover_.finish(findings);
+  if (lift_.rides()) findings.push_back(lift_finding(lift_.height()));
 }
 
 }  // namespace rali::odometry::internal

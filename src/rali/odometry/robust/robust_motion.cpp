@@ -165,7 +165,7 @@ void RobustOdometry::look_again(const FilterState& predicted, UpdateResult& done
 
 /// Standstill: the pose is kept, despite the noise of the next scans, as long as the LiDAR agrees.
 /// Nothing is inserted: minutes of the same view must not degrade the map.
-std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
+std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan, FindingList& findings) {
   constexpr double kMoved_m = 0.03;
   constexpr double kMoved_rad = 0.006;
   FilterState trial = state_;
@@ -187,9 +187,6 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   const geometry::Vec6 step = geometry::boxminus(trial.T_odom_body, before.T_odom_body);
   const bool moved = seen.matches >= settings_.update.matches_min &&
                      (step.tail<3>().norm() > kMoved_m || step.head<3>().norm() > kMoved_rad);
-  // A passer-by in a degenerate corridor looks like motion; a real start is also measured by the
-  // IMU.
-  constexpr int kScansToBelieve = 5;
   moved_scans_ = moved ? moved_scans_ + 1 : 0;
   // After an interruption only the LiDAR knows.
   const bool seen_here =
@@ -197,10 +194,19 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   const bool stands = interrupted ? seen_here
                                   : standstill_.update(state_, imu_, degenerate_axis(),
                                                        rest_noise().gyro_radps_rthz);
+  const double seen_up_m =
+      -before.g_odom_mps2.normalized().dot(trial.T_odom_body.p - before.T_odom_body.p);
+  const bool lifted = !interrupted && follow_lift(before, seen_up_m, findings);
   // If the inertial sensor proves standstill, apparent motion is not that of the vehicle.
-  if (!stands || (moved_scans_ >= kScansToBelieve && !standstill_.certain())) {
+  const bool starts = !stands || (moved_scans_ >= kScansToMove && !standstill_.certain());
+  if (starts && !lifted) {
     end_zero_velocity(before);
     return std::nullopt;
+  }
+  if (lifted && !lift_.rides()) {
+    // Not yet known: a start would return to before it.
+    last_posterior_ = state_;
+    return result_of(scan, seen);
   }
   standstill_states_.push_back(before);
   const Time keep = state_.t - Duration::from_s(standstill_.window_s());
@@ -211,7 +217,9 @@ std::optional<ScanResult> RobustOdometry::hold(const LidarScan& scan) {
   t_unmatched_.reset();
   last_posterior_ = state_;
   if (seen_here) cover_.show(points_, state_.T_odom_body);
-  return result_of(scan, seen);
+  if (!lifted) return result_of(scan, seen);
+  if (lift_.arrived()) arrive(scan, findings);
+  return riding(scan, seen, (state_.t - before.t).s());
 }
 
 /// Motion is detected late. The filter restarts from the state at the start of the window, so that

@@ -29,7 +29,7 @@ ScanResult RobustOdometry::process(const LidarScan& measured, Executor& /*execut
   if (first_scan_ && !has_imu_) deskew_first(scan);
   sampler_.sample(scan);
   if (at_standstill_ && !imu_.empty()) {
-    if (auto result = hold(scan)) return *result;
+    if (auto result = hold(scan, findings)) return *result;
   }
   const bool interrupted = is_interrupted(scan.t_end);
   const bool follows = !interrupted && inertial_ && !imu_.empty() && last_posterior_.t < scan.t_end;
@@ -71,10 +71,11 @@ ScanResult RobustOdometry::process(const LidarScan& measured, Executor& /*execut
   if (inertial_ && trusted && standstill_.update(state_, imu_, degenerate_axis(), gyro_noise)) {
     start_zero_velocity(findings);
   }
+  const bool rides = inertial_ && trusted && !at_standstill_ && enter_lift();
   if (inertial_) imu_.drop_before(state_.t - Duration::from_s(standstill_.memory_s()));
   map_.prune(state_.T_odom_body.p);
   last_posterior_ = state_;
-  const ScanResult result = result_of(scan, done);
+  const ScanResult result = rides ? riding(scan, done, 0.0) : result_of(scan, done);
   poses_.clear();
   T_propagated_ = SE3{};
   return result;

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include "rali/geometry/chi_square.hpp"
+#include "rali/odometry/robust/lift_ride.hpp"
 #include "rali/odometry/robust/stillness.hpp"
 #include "rali/odometry/robust/update.hpp"
 
@@ -201,6 +202,17 @@ bool StandstillDetector::update(const FilterState& state, const InertialBuffer& 
   const bool stands = certain_ || (still && !moves_visibly(state, seen));
   learn_standing(state.t, stands, raw);
   return stands;
+}
+
+bool StandstillDetector::stands_in_lift(const FilterState& held, Time now,
+                                        const InertialBuffer& imu, double gyro_radps_rthz) const {
+  const double by_chance = chance(now);
+  std::vector<ImuSample> window =
+      imu.between(now - Duration::from_s(constraints_.rest_after_s), now);
+  remove_lift(held, window);
+  const imu::ImuStatistics blocks = imu::statistics(block_means(window));
+  return quiet(blocks, by_chance) && !turns(held, blocks, gyro_radps_rthz, by_chance) &&
+         !pushed(held, blocks, imu::statistics(window), by_chance);
 }
 
 namespace {

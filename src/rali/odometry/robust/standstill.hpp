@@ -46,6 +46,11 @@ class StandstillDetector {
   bool update(const FilterState& state, const InertialBuffer& imu,
               const std::optional<geometry::Vec3>& degenerate_axis, double gyro_radps_rthz);
 
+  /// As if no force acted along gravity: the vehicle may stand in a lift that moves.
+  /// @param held its state at the last standstill
+  [[nodiscard]] bool stands_in_lift(const FilterState& held, Time now, const InertialBuffer& imu,
+                                    double gyro_radps_rthz) const;
+
   /// The sensor shows no more than its noise at standstill, and the speed is low.
   [[nodiscard]] bool calm(const FilterState& state, const InertialBuffer& imu) const;
 

@@ -19,6 +19,7 @@
 #include "rali/odometry/robust/initialiser.hpp"
 #include "rali/odometry/robust/keyframer.hpp"
 #include "rali/odometry/robust/laser_errors.hpp"
+#include "rali/odometry/robust/lift_ride.hpp"
 #include "rali/odometry/robust/map_tilt.hpp"
 #include "rali/odometry/robust/scan_sampler.hpp"
 #include "rali/odometry/robust/scan_view.hpp"
@@ -204,7 +205,14 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   void try_initialise(FindingList& findings);
   void insert(const sensor::LidarScan& scan);
   void insert_points(const geometry::SE3& T_odom_body);
-  std::optional<ScanResult> hold(const sensor::LidarScan& scan);
+  std::optional<ScanResult> hold(const sensor::LidarScan& scan, FindingList& findings);
+  // Standstill in a lift: robust_lift.cpp.
+  bool follow_lift(const FilterState& held, double seen_up_m, FindingList& findings);
+  bool enter_lift();
+  [[nodiscard]] Finding lift_finding(const LiftRide::Height& height) const;
+  void arrive(const sensor::LidarScan& scan, FindingList& findings);
+  void refuse_lift(FindingList& findings);
+  ScanResult riding(const sensor::LidarScan& scan, const UpdateResult& seen, double span_s);
   void start_zero_velocity(FindingList& findings);
   void end_zero_velocity(const FilterState& before);
   void constrain(const UpdateResult& done, FindingList& findings);
@@ -286,7 +294,7 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   geometry::Mat3 P_predicted_m2_ = geometry::Mat3::Zero();  ///< of the predicted position
   AccelerationWatch acceleration_;
   CoverWatch cover_{calibration_.T_body_lidar.p};
-  bool covered_ = false;  ///< the newest scan is of something that covers the LiDAR
+  bool covered_ = false;            ///< the newest scan is of something that covers the LiDAR
   geometry::SE3 T_last_predicted_;  ///< predicted motion since the last scan
   geometry::SE3 T_propagated_;      ///< the same at constant velocity, up to now
   std::optional<Time> resumed_;     ///< found again then, the speed is not known yet
@@ -300,8 +308,13 @@ class RobustOdometry final : public Odometry, private AugmentedFilter {
   geometry::Mat3 lidar_known_ = geometry::Mat3::Zero();
   bool at_standstill_ = false;  ///< the pose is kept fixed
   int moved_scans_ = 0;         ///< consecutive standstill scans in which the LiDAR saw motion
-  bool quiet_start_ = false;    ///< no motion detected since the first scan
-  bool start_moved_ = false;    ///< the LiDAR shows motion along observable directions
+  /// So many are a motion: a passer-by in a degenerate corridor looks like one, too. A real start
+  /// is also measured by the IMU.
+  static constexpr int kScansToMove = 5;
+  LiftRide lift_;             ///< since the last scan at rest
+  FilterState before_lift_;   ///< then
+  bool quiet_start_ = false;  ///< no motion detected since the first scan
+  bool start_moved_ = false;  ///< the LiDAR shows motion along observable directions
   std::deque<FilterState> standstill_states_;   ///< of the last moments of standstill
   std::vector<BodyPoints> start_points_;        ///< of the first scans, until gravity is known
   std::vector<sensor::LidarScan> start_scans_;  ///< the same scans as measured
