@@ -109,8 +109,8 @@ void Examination::judge_rotations(DoctorReport& report, FindingList& out) {
     gyro_scale = 1.0 / 57.29577951308232;
   else if (study.gyro_ratio > 0.0)
     gyro_scale = 1.0;
-  const ImuStudy imu =
-      study_imu(imu_, study_stamps(imu_stamps_).period_s, gyro_scale, report.imu_topic, out);
+  const ImuStudy imu = study_imu(imu_, study_stamps(imu_stamps_).period_s, gyro_scale,
+                                 report.imu_topic, out, options_.T_body_imu.R);
   report.accel_scale = imu.accel_scale;
   report.gyro_scale = imu.gyro_scale;
   ExtrinsicsGiven given;

@@ -165,9 +165,11 @@ void study_noise(std::span<const sensor::ImuSample> si, double period_s, const s
                    {study.vibration_factor, 20.0}));
 }
 
-/// Gravity over the whole recording: detects a wrong or a varying scale.
-void study_gravity(std::span<const sensor::ImuSample> si, const std::string& topic,
-                   FindingList& out) {
+/// Gravity over the whole recording: detects a wrong or a varying scale. Curves and changes of
+/// speed make the force longer, but not its part along the vertical; slopes change the part, but
+/// not the length.
+void study_gravity(std::span<const sensor::ImuSample> si, const geometry::Vec3& up_imu,
+                   const std::string& topic, FindingList& out) {
   const Duration step = Duration::from_s(0.5 * kStretch_s);
   double worst = 0.0;
   Time first, last;
@@ -175,7 +177,10 @@ void study_gravity(std::span<const sensor::ImuSample> si, const std::string& top
   for (Time t = si.front().t; t + step + step <= si.back().t; t = t + step) {
     const auto stretch = between(si, t, t + step + step);
     if (stretch.size() < 10) continue;
-    const double fraction = imu::statistics(stretch).accel_mean_mps2.norm() / kGravity - 1.0;
+    const geometry::Vec3 mean_mps2 = imu::statistics(stretch).accel_mean_mps2;
+    const double length = mean_mps2.norm() / kGravity - 1.0;
+    const double upward = mean_mps2.dot(up_imu) / kGravity - 1.0;
+    const double fraction = std::abs(length) < std::abs(upward) ? length : upward;
     if (std::abs(fraction) <= kGravityFraction || std::abs(fraction) > kUnitFraction) continue;
     if (!any) first = t;
     last = t + step + step;
@@ -186,7 +191,7 @@ void study_gravity(std::span<const sensor::ImuSample> si, const std::string& top
   out.push_back(make_finding(
       "D08", Severity::kWarning, topic,
       {fmt::format("the accelerometer measures {:.2f} m/s^2, {:+.1f} % off gravity, between {:.1f} "
-                   "and {:.1f} s: its scale is off",
+                   "and {:.1f} s: its scale is off, or it rode in a lift",
                    (1.0 + worst) * kGravity, 100.0 * worst, seconds_between(si.front().t, first),
                    seconds_between(si.front().t, last)),
        "speed and slope come out wrong, the gyro may be off as much",
@@ -194,8 +199,8 @@ void study_gravity(std::span<const sensor::ImuSample> si, const std::string& top
       {worst, kGravityFraction}));
 }
 
-void study_start(std::span<const sensor::ImuSample> si, const std::string& topic, ImuStudy& study,
-                 FindingList& out) {
+void study_start(std::span<const sensor::ImuSample> si, const geometry::Mat3& R_body_imu,
+                 const std::string& topic, ImuStudy& study, FindingList& out) {
   const auto first = between(si, si.front().t, si.front().t + Duration::from_s(1.0));
   // Over blocks, as the odometry's standstill detector: white noise alone exceeds slow driving.
   const imu::RestSettings settings;
@@ -211,15 +216,16 @@ void study_start(std::span<const sensor::ImuSample> si, const std::string& topic
                                {stats.gyro_sd_radps.maxCoeff(), 0.02}));
     return;
   }
-  const geometry::Vec3 up = stats.accel_mean_mps2.normalized();
+  const geometry::Vec3 up = R_body_imu * stats.accel_mean_mps2.normalized();
+  const bool turned = !R_body_imu.isIdentity(1e-3);
   const double tilt_deg = std::acos(std::clamp(up.z(), -1.0, 1.0)) * kDegPerRad;
   out.push_back(make_finding(
       "D13", tilt_deg > 30.0 ? Severity::kWarning : Severity::kInfo, topic,
-      {fmt::format("standstill at the start; the IMU's z axis is {:.1f} deg off the vertical",
-                   tilt_deg),
+      {fmt::format("standstill at the start; the {} z axis is {:.1f} deg off the vertical",
+                   turned ? "body's" : "IMU's", tilt_deg),
        tilt_deg > 30.0 ? "the body's z is not up: directions in the report are those of the IMU"
                        : "",
-       tilt_deg > 30.0 ? "Give imu.T_body_imu." : ""},
+       tilt_deg > 30.0 ? (turned ? "Check imu.T_body_imu." : "Give imu.T_body_imu.") : ""},
       {tilt_deg, 30.0}));
 }
 
@@ -248,7 +254,8 @@ void report_counts(const ImuStudy& study, std::size_t samples, const std::string
 }  // namespace
 
 ImuStudy study_imu(std::span<const sensor::ImuSample> raw, double period_s,
-                   std::optional<double> gyro_scale, const std::string& topic, FindingList& out) {
+                   std::optional<double> gyro_scale, const std::string& topic, FindingList& out,
+                   const geometry::Mat3& R_body_imu) {
   ImuStudy study;
   const std::vector<sensor::ImuSample> valid = valid_si(raw, study);
   study.invalid = raw.size() - valid.size();
@@ -259,8 +266,8 @@ ImuStudy study_imu(std::span<const sensor::ImuSample> raw, double period_s,
   if (!study.units_known) return study;
   const std::vector<sensor::ImuSample> si = valid_si(valid, study);
   study_noise(si, period_s, topic, study, out);
-  study_start(si, topic, study, out);
-  study_gravity(si, topic, out);
+  study_start(si, R_body_imu, topic, study, out);
+  study_gravity(si, study.up_imu, topic, out);
   return study;
 }
 

@@ -27,10 +27,12 @@ struct ImuStudy {
 };
 
 /// @param raw as in the file, in time order
+/// @param R_body_imu as given; the identity if not
 /// @param gyro_scale to rad/s, if known from LiDAR odometry; else determined from the values, which
 /// a steady smooth bend can mislead (D09)
 [[nodiscard]] ImuStudy study_imu(std::span<const sensor::ImuSample> raw, double period_s,
                                  std::optional<double> gyro_scale, const std::string& topic,
-                                 FindingList& out);
+                                 FindingList& out,
+                                 const geometry::Mat3& R_body_imu = geometry::Mat3::Identity());
 
 }  // namespace rali::inspect

@@ -65,6 +65,31 @@ TEST(ImuStudy, removed_gravity_is_an_error) {
   EXPECT_FALSE(f->remedy.empty());
 }
 
+TEST(ImuStudy, an_imu_mounted_turned_as_stated_is_no_warning) {
+  const geometry::Mat3 R_body_imu = geometry::rotation_from_rpy(3.0, -0.6, 1.7);
+  auto samples = drive_off();
+  for (auto& s : samples) s.accel_mps2 = R_body_imu.transpose() * s.accel_mps2;
+  FindingList findings;
+  (void)study_imu(samples, 0.005, 1.0, "/imu", findings, R_body_imu);
+  ASSERT_NE(find(findings, "D13", "body's z axis"), nullptr);
+  EXPECT_EQ(find(findings, "D13", "")->severity, Severity::kInfo);
+  findings.clear();
+  (void)study_imu(samples, 0.005, 1.0, "/imu", findings);
+  EXPECT_EQ(find(findings, "D13", "IMU's z axis")->severity, Severity::kWarning);
+}
+
+TEST(ImuStudy, a_fast_curve_is_no_error_of_scale) {
+  auto samples = drive_off();
+  const Time curve = samples.front().t + Duration::from_s(3.0);
+  for (auto& s : samples) s.accel_mps2.y() += s.t > curve ? 3.5 : 0.0;
+  FindingList findings;
+  (void)study_imu(samples, 0.005, 1.0, "/imu", findings);
+  EXPECT_EQ(find(findings, "D08", "scale"), nullptr);
+  for (auto& s : samples) s.accel_mps2.z() *= s.t > curve ? 1.06 : 1.0;
+  (void)study_imu(samples, 0.005, 1.0, "/imu", findings);
+  EXPECT_NE(find(findings, "D08", "scale"), nullptr);
+}
+
 TEST(ImuStudy, vibration_is_measured_relative_to_standstill) {
   FindingList findings;
   const ImuStudy study = study_imu(drive_off(2.0), 0.005, 1.0, "/imu", findings);

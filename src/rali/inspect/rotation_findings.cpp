@@ -223,6 +223,18 @@ void report_up(const std::optional<geometry::Vec3>& up_lidar, const geometry::Ve
         {tilt_rad * kDegPerRad, kTiltMax_rad * kDegPerRad}));
     return;
   }
+  // Turning shows where the vertical is, whatever plane the LiDAR sees: a dome that looks ahead or
+  // a pipe shows no ground.
+  const bool turning_agrees =
+      study.gyro_ratio != 0.0 && angle_between(study.best.R_imu_lidar.transpose() * up_imu,
+                                               R_imu_lidar.transpose() * up_imu) < kTiltMax_rad;
+  if (tilt_rad > kTiltMax_rad && turning_agrees) {
+    out.push_back(make_finding(
+        "D07", Severity::kInfo, topic,
+        {"the plane nearest to level is no ground: the turning agrees with T_body_lidar", "", ""},
+        {tilt_rad * kDegPerRad, kTiltMax_rad * kDegPerRad}));
+    return;
+  }
   const bool off = tilt_rad > kTiltMax_rad;
   out.push_back(make_finding(
       "D07", off ? Severity::kWarning : Severity::kInfo, topic,

@@ -122,5 +122,16 @@ TEST(RotationFindings, an_upside_down_lidar_is_not_reported_as_mirrored) {
   EXPECT_EQ(find(findings, "D07")->severity, Severity::kWarning);
 }
 
+// A dome that looks ahead: the plane that it takes for the ground is a wall.
+TEST(RotationFindings, a_wall_taken_for_the_ground_does_not_overrule_the_turning) {
+  TurningPair pair;
+  ExtrinsicsGiven given;
+  given.R_body_lidar = pair.R_imu_lidar;
+  const geometry::Vec3 wall = pair.R_imu_lidar.transpose() * geometry::Vec3::UnitX();
+  EXPECT_EQ(find(all_findings(pair, given, wall), "D07")->severity, Severity::kInfo);
+  given.R_body_lidar = pair.R_imu_lidar * geometry::rotation_from_rpy(90.0 * kDeg, 0.0, 0.0);
+  EXPECT_EQ(find(all_findings(pair, given, wall), "D07")->severity, Severity::kWarning);
+}
+
 }  // namespace
 }  // namespace rali::inspect

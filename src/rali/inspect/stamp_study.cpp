@@ -23,6 +23,19 @@ double quantile(std::vector<double> values, double fraction) {
   return values[static_cast<std::size_t>(k)];
 }
 
+/// Period over many messages: jitter of single stamps, which lengthens one step and shortens the
+/// next, does not count.
+double long_period_s(std::vector<Time> times, double otherwise_s) {
+  constexpr std::size_t kMessages = 20;
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  std::vector<double> periods;
+  for (std::size_t i = kMessages; i < times.size(); ++i) {
+    periods.push_back(seconds_between(times[i - kMessages], times[i]) / kMessages);
+  }
+  return periods.empty() ? otherwise_s : quantile(std::move(periods), 0.5);
+}
+
 double step_s(Time from, Time to) { return seconds_between(from, to); }
 
 }  // namespace
@@ -60,17 +73,27 @@ StampStatistics study_stamps(std::span<const drive::StampPair> stamps) {
   s.clock_offset_s = quantile(offsets, 0.5);
   s.delay_jitter_s = quantile(offsets, 0.95) - quantile(offsets, 0.05);
   if (!(s.period_s > 0.0)) return s;
+  std::vector<Time> times;
+  for (const drive::StampPair& p : stamps) times.push_back(time_of(p));
+  const double period_s = long_period_s(std::move(times), s.period_s);
+  double covered_s = 0.0;
+  std::int64_t covered = 0;
   for (std::size_t i = 1; i < stamps.size(); ++i) {
     const double step = step_s(time_of(stamps[i - 1]), time_of(stamps[i]));
-    if (step < kGapPeriods * s.period_s || step > 3600.0) continue;
     // A gap in the header stamps only, from a clock step, is not a missing message.
     const double recorded = step_s(stamps[i - 1].record, stamps[i].record);
-    if (std::abs(step - recorded) > kJump_s) continue;
+    if (step > 3600.0 || std::abs(step - recorded) > kJump_s) continue;
+    covered_s += step;
+    covered += step != 0.0 ? 1 : 0;
+    if (step < kGapPeriods * s.period_s) continue;
     s.missing += static_cast<std::uint64_t>(std::max(std::round(step / s.period_s) - 1.0, 0.0));
     if (step <= s.longest_gap_s) continue;
     s.longest_gap_s = step;
     s.t_longest_gap = time_of(stamps[i - 1]);
   }
+  const auto expected = std::llround(covered_s / period_s);
+  s.missing = std::min(s.missing,
+                       static_cast<std::uint64_t>(std::max<std::int64_t>(expected - covered, 0)));
   const auto batched = std::count_if(record_steps.begin(), record_steps.end(),
                                      [&s](double step) { return step < 0.1 * s.period_s; });
   s.batch_fraction = static_cast<double>(batched) /

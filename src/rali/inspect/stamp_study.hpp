@@ -15,7 +15,7 @@ struct StampStatistics {
   double period_s = 0.0;      ///< median step of the headers; of the record times if headers are
                               ///< unusable
   double span_s = 0.0;        ///< last minus first
-  std::uint64_t missing = 0;  ///< messages expected by the period but absent
+  std::uint64_t missing = 0;  ///< messages absent by the period; jitter is no loss
   double longest_gap_s = 0.0;
   Time t_longest_gap;
   std::uint64_t repeated = 0;  ///< same stamp as the one before

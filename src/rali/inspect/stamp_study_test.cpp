@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "rali/base/rng.hpp"
+
 namespace rali::inspect {
 namespace {
 
@@ -48,6 +50,15 @@ TEST(StampStudy, three_missing_scans_are_reported_with_time_and_gap_length) {
   ASSERT_NE(gap, nullptr);
   EXPECT_EQ(gap->severity, Severity::kWarning);
   EXPECT_NEAR(gap->value, 0.4, 1e-6);
+}
+
+TEST(StampStudy, jitter_is_not_taken_for_loss) {
+  auto stamps = ticking(4000, 0.005);
+  Rng rng(3, "jitter");
+  for (auto& s : stamps) s.header = s.header + Duration::from_s(0.002 * rng.normal());
+  EXPECT_LT(study_stamps(stamps).missing, 8U) << "0.2 %";
+  stamps.erase(stamps.begin() + 1000, stamps.begin() + 1400);
+  EXPECT_NEAR(static_cast<double>(study_stamps(stamps).missing), 400.0, 8.0);
 }
 
 TEST(StampStudy, zero_header_stamps_are_replaced_by_record_times) {
