@@ -188,25 +188,27 @@ bool passage_seen(std::span<const PlaneDirection> planes, const Mat3& R_body_lid
          std::any_of(section_lidar.begin(), section_lidar.end(), closes_a_passage);
 }
 
-/// Walls in at least two directions and no oblique planes: what sparse rings see of a narrow
-/// corridor whose floor is too near below them. One direction alone may be a ground under swapped
-/// axes.
+/// Walls in at least two directions, or one and a level ceiling, and no oblique planes: what sparse
+/// rings see of a narrow corridor whose floor is too near below them, and a LiDAR that looks up of
+/// any room. One direction alone may be a ground under swapped axes.
 bool only_walls_seen(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
                      const Vec3& up_body) {
   const double sine_of_tilt = std::sin(kTiltMaxDeg / kRadToDeg);
   double oblique = 0.0;
   bool two_directions = false;
+  bool ceiling_seen = false;
   const PlaneDirection* first = nullptr;
   for (const PlaneDirection& plane : planes) {
     const double cosine = (R_body_lidar * plane.n_lidar).dot(up_body);
     const bool wall = std::abs(cosine) < sine_of_tilt;
     const bool ceiling = cosine < -std::cos(kTiltMaxDeg / kRadToDeg);
+    ceiling_seen = ceiling_seen || ceiling;
     if (!wall && !ceiling) oblique += plane.fraction;
     if (!wall) continue;
     if (first == nullptr) first = &plane;
     two_directions = two_directions || plane.n_lidar.dot(first->n_lidar) < kOtherWallCos;
   }
-  return two_directions && oblique < kObliqueFraction;
+  return (two_directions || (first != nullptr && ceiling_seen)) && oblique < kObliqueFraction;
 }
 
 }  // namespace

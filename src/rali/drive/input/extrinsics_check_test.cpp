@@ -75,6 +75,14 @@ TEST(Extrinsics, are_accepted_in_a_corridor_without_visible_floor) {
   EXPECT_FALSE(check_extrinsics(one, Mat3::Identity(), Vec3::UnitZ(), {}));
 }
 
+TEST(Extrinsics, are_accepted_where_a_lidar_sees_the_ceiling_and_one_wall) {
+  // A sensor that looks up, on a spiral ramp: nothing contradicts its axes.
+  const std::vector<PlaneDirection> seen = {{-Vec3::UnitZ(), 0.5}, {Vec3::UnitY(), 0.3}};
+  EXPECT_TRUE(check_extrinsics(seen, Mat3::Identity(), Vec3::UnitZ(), {}));
+  const std::vector<PlaneDirection> ceiling = {{-Vec3::UnitZ(), 0.9}};
+  EXPECT_FALSE(check_extrinsics(ceiling, Mat3::Identity(), Vec3::UnitZ(), {})) << "upside down?";
+}
+
 TEST(Extrinsics, are_accepted_in_a_pipe_without_visible_floor) {
   // Sixteen level rings in a pipe of 1.6 m: its sides, and what is beside the floor and the top.
   const std::vector<PlaneDirection> pipe = {{Vec3(0.0, 1.0, -0.03), 0.23},
