@@ -91,9 +91,10 @@ StampStatistics study_stamps(std::span<const drive::StampPair> stamps) {
     s.longest_gap_s = step;
     s.t_longest_gap = time_of(stamps[i - 1]);
   }
-  const auto expected = std::llround(covered_s / period_s);
-  s.missing = std::min(s.missing,
-                       static_cast<std::uint64_t>(std::max<std::int64_t>(expected - covered, 0)));
+  const double absent = std::round(covered_s / period_s) - static_cast<double>(covered);
+  if (absent < static_cast<double>(s.missing)) {
+    s.missing = static_cast<std::uint64_t>(std::max(absent, 0.0));
+  }
   const auto batched = std::count_if(record_steps.begin(), record_steps.end(),
                                      [&s](double step) { return step < 0.1 * s.period_s; });
   s.batch_fraction = static_cast<double>(batched) /

@@ -53,9 +53,9 @@ bool RobustOdometry::enter_lift() {
   constexpr double kStill_rad = 0.02;
   const imu::NoiseDensity noise{rest_noise().gyro_radps_rthz, rest_noise().accel_mps2_rthz};
   const geometry::Vec6 moved = geometry::boxminus(before_lift_.T_odom_body, state_.T_odom_body);
-  const bool quiet =
-      standstill_.stands_in_lift(before_lift_, state_.t, imu_, noise.gyro_radps_rthz);
-  if (!quiet || moved.tail<3>().norm() > kDoors_m || moved.head<3>().norm() > kStill_rad) {
+  // The cheap tests first: most scans of a drive end here.
+  if (moved.tail<3>().norm() > kDoors_m || moved.head<3>().norm() > kStill_rad ||
+      !standstill_.stands_in_lift(before_lift_, state_.t, imu_, noise.gyro_radps_rthz)) {
     lift_.stand(state_.t);
     before_lift_ = state_;
     return false;

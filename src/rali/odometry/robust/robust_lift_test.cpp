@@ -19,7 +19,7 @@ double force_mps2(double t_s, double accel_mps2) {
 
 struct Ride {
   double end_height_m = 0.0, end_error_m = 0.0;  ///< after the vehicle has driven on
-  double sigma_m = 0.0, step_max_m = 0.0;
+  double sigma_m = 0.0;
   FindingList findings;
 
   [[nodiscard]] bool says(const char* id) const {
@@ -30,13 +30,13 @@ struct Ride {
 
 /// @param ends the cabin stops; otherwise the first force goes on
 /// @param end_s of the recording; after the standstill by default
-Ride ride(double accel_mps2, bool ends, double rest_s, double end_s = 0.0) {
+/// @param doors_s from then on the LiDAR sees the cabin displaced
+Ride ride(double accel_mps2, bool ends, double rest_s, double end_s = 0.0, double doors_s = 1e9) {
   TestRoom room;
   room.rest_s = rest_s;
   const auto odometry = make_odometry(OdometrySettings{}, {room.T_body_lidar, {}}, true);
   SerialExecutor executor;
   Ride out;
-  geometry::SE3 last;
   int imu_index = 0;
   for (int k = 0; 0.1 * (k + 1) <= (end_s > 0.0 ? end_s : rest_s + 4.0); ++k) {
     const double t_s = 0.1 * k;
@@ -50,11 +50,10 @@ Ride ride(double accel_mps2, bool ends, double rest_s, double end_s = 0.0) {
       odometry->add_imu(sample);
     }
     const auto scan = room.scan(t_s);
-    const ScanResult result = odometry->process(*scan, executor, out.findings);
-    if (k > 0) {
-      out.step_max_m = std::max(out.step_max_m, std::abs(result.T_odom_body.p.z() - last.p.z()));
+    if (t_s > doors_s) {
+      for (float& x_m : scan->x_m) x_m -= 0.06F;
     }
-    last = result.T_odom_body;
+    const ScanResult result = odometry->process(*scan, executor, out.findings);
     const geometry::Vec3 error = result.T_odom_body.p - room.pose(scan->t_end.s()).p;
     out.end_height_m = error.z();
     out.end_error_m = error.head<2>().norm();
@@ -75,6 +74,14 @@ TEST(RobustLift, the_pose_moves_with_the_cabin) {
     EXPECT_LT(run.end_error_m, 0.06) << accel_mps2;
     EXPECT_TRUE(run.says("odometry.lift")) << accel_mps2;
   }
+}
+
+// To the LiDAR, doors that close are a motion of centimetres: it ends the standstill.
+TEST(RobustLift, a_ride_begins_although_closing_doors_have_ended_the_standstill) {
+  const Ride run = ride(1.0, true, 10.0, 9.8, 3.3);
+  // Were the force integrated only once the vehicle stands again, 0.03 m of the ride would be lost.
+  EXPECT_NEAR(run.end_height_m, 8.0 / std::numbers::pi, 0.015);
+  EXPECT_TRUE(run.says("odometry.lift"));
 }
 
 TEST(RobustLift, an_accelerometer_that_fails_does_not_lift_a_vehicle_at_standstill) {
