@@ -284,7 +284,7 @@ void detector(benchmark::State& state) {
     geometry::Mat6 I = system.I;
     geometry::Vec6 b = system.b;
     const auto axes =
-        degeneracy::physical_axes(I, g, degeneracy::Axes::Identity(), s.settings.aware);
+        degeneracy::physical_axes(I, g, R, degeneracy::Axes::Identity(), s.settings.aware);
     const auto directions =
         degeneracy::direction_information(I, matcher.evidence(), R, axes, s.settings.aware);
     degeneracy::remove_spurious(I, b, R, directions);

@@ -107,7 +107,7 @@ void Judge::judge(const Station& station, const sensor::Calibration& calibration
 
   const Mat3& R = station.T_world_body.R;
   const odometry::LidarSystem system = map_.at_truth();
-  axes_ = degeneracy::physical_axes(system.I, Vec3(0.0, 0.0, -9.81), axes_, settings_.aware);
+  axes_ = degeneracy::physical_axes(system.I, Vec3(0.0, 0.0, -9.81), R, axes_, settings_.aware);
   out.directions =
       degeneracy::direction_information(system.I, map_.evidence(), R, axes_, settings_.aware);
   const auto& axial = out.directions[0];

@@ -37,9 +37,51 @@ Mat3 pseudo_inverse(const Mat3& S) {
 }
 
 /// Information on the translation with the rotation marginalised (Schur complement).
-Mat3 translation_information(const Mat6& I) {
-  const Mat3 cross = I.block<3, 3>(3, 0);
-  return I.block<3, 3>(3, 3) - cross * pseudo_inverse(I.block<3, 3>(0, 0)) * cross.transpose();
+/// @param free projector on the rotations of the body that are not known otherwise
+Mat3 translation_information(const Mat6& I, const Mat3& free) {
+  const Mat3 cross = I.block<3, 3>(3, 0) * free;
+  const Mat3 turns = free * I.block<3, 3>(0, 0) * free;
+  return I.block<3, 3>(3, 3) - cross * pseudo_inverse(turns) * cross.transpose();
+}
+
+/// Projector on the rotations without roll about the axial direction, which gravity determines.
+Mat3 without_roll(const Vec3& axial_odom, const Mat3& R_odom_body) {
+  const Vec3 roll_body = R_odom_body.transpose() * axial_odom;
+  return Mat3::Identity() - roll_body * roll_body.transpose();
+}
+
+/// Rise per metre at which the scan sees motion along `axial` least: along an inclined passage, its
+/// slope. If motion had to be horizontal, the ground would seem to constrain it.
+/// @param I_t of translation_information() @param full_m a vertical less certain has no slope
+double slope_along(const Vec3& axial, const Mat3& I_t, const Vec3& up, double full_m) {
+  // In a level round pipe the normals' errors look like such a slope. So small a one changes the
+  // information less than what is subtracted for chance.
+  constexpr double kLevel = 0.03;
+  const Vec3 I_up = I_t * up;
+  const double slope = -axial.dot(I_up) / (up.dot(I_up) + 1.0 / (full_m * full_m));
+  return std::abs(slope) > kLevel ? slope : 0.0;
+}
+
+/// The horizontal direction with least information. @param previous kept, made level, if none has
+/// clearly less
+Vec3 axial_azimuth(const Mat6& I, const Vec3& up, const Vec3& previous,
+                   const AwareSettings& settings) {
+  const Vec3 helper = std::abs(up.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
+  const Vec3 h1 = (helper - helper.dot(up) * up).normalized();
+  const Vec3 h2 = up.cross(h1);
+  const Mat3 I_t = translation_information(I, Mat3::Identity());
+  const double a = h1.dot(I_t * h1);
+  const double b = h1.dot(I_t * h2);
+  const double c = h2.dot(I_t * h2);
+  const double mean = 0.5 * (a + c);
+  const double spread = std::hypot(0.5 * (a - c), b);
+  if (mean + spread <= settings.axis_ratio_min * (mean - spread)) {
+    const Vec3 level = previous - previous.dot(up) * up;
+    return level.norm() < 1e-3 ? h1 : Vec3(level.normalized());
+  }
+  const double angle = 0.5 * std::atan2(-b, -0.5 * (a - c));  // of the smaller eigenvector
+  const Vec3 axial = std::cos(angle) * h1 + std::sin(angle) * h2;
+  return axial.dot(previous) < 0.0 ? Vec3(-axial) : axial;
 }
 
 Category category_of(double sigma, double full, double none) {
@@ -126,31 +168,15 @@ void set_rotation(const Chance& chance, double held, const AwareSettings& settin
 
 }  // namespace
 
-Axes physical_axes(const Mat6& I, const Vec3& g_odom_mps2, const Axes& previous,
-                   const AwareSettings& settings) {
+Axes physical_axes(const Mat6& I, const Vec3& g_odom_mps2, const Mat3& R_odom_body,
+                   const Axes& previous, const AwareSettings& settings) {
   const Vec3 up = -g_odom_mps2.normalized();
-  const Vec3 helper = std::abs(up.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
-  const Vec3 h1 = (helper - helper.dot(up) * up).normalized();
-  const Vec3 h2 = up.cross(h1);
-  const Mat3 I_t = translation_information(I);
-  const double a = h1.dot(I_t * h1);
-  const double b = h1.dot(I_t * h2);
-  const double c = h2.dot(I_t * h2);
-  const double mean = 0.5 * (a + c);
-  const double spread = std::hypot(0.5 * (a - c), b);
+  const Vec3 axial = axial_azimuth(I, up, previous.col(0), settings);
+  const Mat3 I_t = translation_information(I, without_roll(axial, R_odom_body));
   Axes axes;
-  if (mean + spread <= settings.axis_ratio_min * (mean - spread)) {
-    // No direction stands out: keep the last axes, projected on the current horizontal plane.
-    Vec3 axial = previous.col(0) - previous.col(0).dot(up) * up;
-    if (axial.norm() < 1e-3) axial = h1;
-    axes.col(0) = axial.normalized();
-  } else {
-    const double angle = 0.5 * std::atan2(-b, -0.5 * (a - c));  // of the smaller eigenvector
-    axes.col(0) = std::cos(angle) * h1 + std::sin(angle) * h2;
-    if (axes.col(0).dot(previous.col(0)) < 0.0) axes.col(0) *= -1.0;
-  }
-  axes.col(2) = up;
-  axes.col(1) = up.cross(Vec3(axes.col(0)));
+  axes.col(0) = (axial + slope_along(axial, I_t, up, settings.full_m) * up).normalized();
+  axes.col(1) = up.cross(axial);
+  axes.col(2) = axes.col(0).cross(axes.col(1));
   return axes;
 }
 
@@ -159,8 +185,7 @@ Vec6 least_motion(const Mat6& I, std::size_t k, const Mat3& R_odom_body, const A
   const Mat3 R_body_odom = R_odom_body.transpose();
   Vec6 u;
   if (k < 3) {
-    const Vec3 roll_body = R_body_odom * axes.col(0);
-    const Mat3 free = Mat3::Identity() - roll_body * roll_body.transpose();
+    const Mat3 free = without_roll(axes.col(0), R_odom_body);
     const Mat3 I_free = free * I.block<3, 3>(0, 0) * free;
     u.tail<3>() = direction;
     u.head<3>() = -pseudo_inverse(I_free) * free * I.block<3, 3>(0, 3) * direction;

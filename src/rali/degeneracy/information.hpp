@@ -50,13 +50,15 @@ struct AwareSettings {
   }
 };
 
-/// Axial (least observable horizontal), lateral and vertical, unit, right-handed, in odom. Columns.
+/// Axial (least observable, horizontal or along a slope), lateral (horizontal) and vertical (normal
+/// to both), unit, right-handed, in odom. Columns.
 using Axes = geometry::Mat3;
 
-/// The physical directions of a scan. @param previous kept if no horizontal direction has clearly
-/// less information. @param I information of the scan alone, boxplus order.
+/// The physical directions of a scan. @param previous its azimuth is kept if no horizontal
+/// direction has clearly less information. @param I information of the scan alone, boxplus order.
 [[nodiscard]] Axes physical_axes(const geometry::Mat6& I, const geometry::Vec3& g_odom_mps2,
-                                 const Axes& previous, const AwareSettings& settings);
+                                 const geometry::Mat3& R_odom_body, const Axes& previous,
+                                 const AwareSettings& settings);
 
 /// The motion along one direction that a scan sees least: a unit translation with the rotation that
 /// compensates it best (in a bend: a screw), or a unit rotation with such a translation.

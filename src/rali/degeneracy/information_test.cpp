@@ -271,35 +271,91 @@ TEST(PhysicalAxes, first_axis_is_the_least_observable_horizontal_direction) {
   const Vec3 across(-std::sin(0.4), std::cos(0.4), 0.0);
   I.block<3, 3>(3, 3) = 1.0 * along * along.transpose() + 100.0 * across * across.transpose() +
                         1000.0 * Vec3::UnitZ() * Vec3::UnitZ().transpose();
-  const Axes axes = physical_axes(I, kGravity, Axes::Identity(), {});
+  const Axes axes = physical_axes(I, kGravity, Mat3::Identity(), Axes::Identity(), {});
   EXPECT_LT((axes.col(0) - along).norm(), 1e-12);
   EXPECT_LT((axes.col(1) - across).norm(), 1e-12);
   EXPECT_LT((axes.col(2) - Vec3::UnitZ()).norm(), 1e-12);
   // The sign follows the last scan, because an axis has no sign of its own.
   Axes opposite = axes;
   opposite.col(0) *= -1.0;
-  EXPECT_LT((physical_axes(I, kGravity, opposite, {}).col(0) + along).norm(), 1e-12);
+  EXPECT_LT((physical_axes(I, kGravity, Mat3::Identity(), opposite, {}).col(0) + along).norm(),
+            1e-12);
 }
 
 TEST(PhysicalAxes, keep_the_previous_axes_when_no_horizontal_direction_is_clearly_weakest) {
   Mat6 I = Mat6::Identity();
   I(3, 3) = 3.9;
   Axes previous = so3_exp(Vec3(0.0, 0.0, 1.0));
-  EXPECT_LT((physical_axes(I, kGravity, previous, {}) - previous).norm(), 1e-12);
+  EXPECT_LT((physical_axes(I, kGravity, Mat3::Identity(), previous, {}) - previous).norm(), 1e-12);
   const Mat6 none = Mat6::Zero();
-  EXPECT_LT((physical_axes(none, kGravity, previous, {}) - previous).norm(), 1e-12);
+  EXPECT_LT((physical_axes(none, kGravity, Mat3::Identity(), previous, {}) - previous).norm(),
+            1e-12);
 }
 
-TEST(PhysicalAxes, are_horizontal_under_any_gravity) {
+/// Of planes by their normals, each known to 1.6 mm.
+Mat6 information_of_normals(const std::vector<Vec3>& normals) {
+  Mat6 I = Mat6::Zero();
+  I.topLeftCorner<3, 3>() = 1e6 * Mat3::Identity();
+  for (const Vec3& n : normals) I.bottomRightCorner<3, 3>() += 4e5 * n * n.transpose();
+  return I;
+}
+
+/// A passage along x that rises by `slope` per metre.
+Mat6 inclined_passage(double slope) {
+  return information_of_normals({Vec3::UnitY(), Vec3(-slope, 0.0, 1.0).normalized()});
+}
+
+TEST(PhysicalAxes, rise_along_an_inclined_passage) {
+  for (const double slope : {0.08, 0.14, -0.3}) {
+    const Mat6 I = inclined_passage(slope);
+    const Axes axes = physical_axes(I, kGravity, Mat3::Identity(), Axes::Identity(), {});
+    EXPECT_NEAR(axes(2, 0) / axes(0, 0), slope, 0.01 * std::abs(slope)) << slope;
+    EXPECT_LT((axes.transpose() * axes - Mat3::Identity()).norm(), 1e-12);
+    EXPECT_NEAR(axes.determinant(), 1.0, 1e-12);
+    EXPECT_LT((axes.col(1) - Vec3::UnitY()).norm(), 1e-9);
+    const auto sigma_along_m = [&I](const Vec3& d) {
+      return 1.0 / std::sqrt(d.dot(I.bottomRightCorner<3, 3>() * d));
+    };
+    EXPECT_GT(sigma_along_m(axes.col(0)), 0.5) << slope;
+    EXPECT_LT(sigma_along_m(Vec3::UnitX()), 0.021) << "if it had to be horizontal";
+  }
+}
+
+TEST(PhysicalAxes, are_level_up_to_the_slope_that_errors_of_normals_give) {
+  for (const double slope : {0.0, 0.02, -0.02}) {
+    const Axes axes =
+        physical_axes(inclined_passage(slope), kGravity, Mat3::Identity(), Axes::Identity(), {});
+    EXPECT_LT((axes - Axes::Identity()).norm(), 1e-9) << slope;
+  }
+}
+
+TEST(PhysicalAxes, stay_level_along_a_round_pipe_wherever_the_sensor_is) {
+  for (const double below_m : {0.0, 0.3, 1.0}) {
+    const Mat6 I = information_with_arms(pipe(1.5, 0.0, below_m));
+    const Axes axes = physical_axes(I, kGravity, Mat3::Identity(), Axes::Identity(), {});
+    EXPECT_GT(axes(0, 0), 0.99) << below_m << "\n" << axes;
+    EXPECT_NEAR(axes(2, 0), 0.0, 1e-12) << below_m << "\n" << axes;
+  }
+}
+
+TEST(PhysicalAxes, have_no_slope_if_the_scan_does_not_see_the_vertical) {
+  // Two walls and no ground: the errors of the normals would give a slope of 45 degrees.
+  const Mat6 I = information_of_normals({Vec3(0.0, 1.0, 0.0), Vec3(0.0001, 1.0, 0.0001)});
+  const Axes axes = physical_axes(I, kGravity, Mat3::Identity(), Axes::Identity(), {});
+  EXPECT_LT((axes.col(0) - Vec3::UnitX()).norm(), 1e-3);
+}
+
+TEST(PhysicalAxes, are_horizontal_on_level_ground_under_any_gravity) {
   Rng rng(2, "axes");
   for (int k = 0; k < 30; ++k) {
     const Vec3 g = 9.81 * Vec3(rng.normal(), rng.normal(), rng.normal()).normalized();
-    Mat6 I = Mat6::Identity();
-    I(3, 3) = rng.uniform(1.0, 50.0);
-    const Axes axes = physical_axes(I, g, Axes::Identity(), {});
+    const Vec3 wall = g.cross(Vec3(rng.normal(), rng.normal(), rng.normal())).normalized();
+    const Mat6 I = information_of_normals({g.normalized(), wall});
+    const Axes axes = physical_axes(I, g, Mat3::Identity(), Axes::Identity(), {});
     EXPECT_LT((axes.transpose() * axes - Mat3::Identity()).norm(), 1e-12);
     EXPECT_NEAR(axes.determinant(), 1.0, 1e-12);
-    EXPECT_LT((axes.col(2) + g.normalized()).norm(), 1e-12);
+    EXPECT_LT((axes.col(2) + g.normalized()).norm(), 1e-9);
+    EXPECT_LT(std::abs(axes.col(0).dot(wall)), 1e-9);
   }
 }
 

@@ -51,8 +51,9 @@ std::pair<double, double> step(const System& system, const SE3& start, const Mat
   return {angle, length};
 }
 
-degeneracy::Axes axes_at(const System& system, const degeneracy::AwareSettings& aware) {
-  return degeneracy::physical_axes(system.I, Vec3(0.0, 0.0, -1.0), Mat3::Identity(), aware);
+degeneracy::Axes axes_at(const System& system, const Mat3& R,
+                         const degeneracy::AwareSettings& aware) {
+  return degeneracy::physical_axes(system.I, Vec3(0.0, 0.0, -1.0), R, Mat3::Identity(), aware);
 }
 
 /// Removes the spurious information from noise of normals, so that no step is taken along a
@@ -61,7 +62,7 @@ std::array<degeneracy::DirectionInfo, 6> clean(const Partners& partners, const M
                                                const degeneracy::AwareSettings& aware,
                                                System& system) {
   const auto directions = degeneracy::direction_information(system.I, partners.evidence(), R,
-                                                            axes_at(system, aware), aware);
+                                                            axes_at(system, R, aware), aware);
   degeneracy::remove_spurious(system.I, system.b, R, directions);
   return directions;
 }

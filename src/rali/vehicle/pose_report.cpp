@@ -54,7 +54,8 @@ degeneracy::Report degeneracy_of(const odometry::ScanResult& result,
   if (result.directions) {
     report.directions = *result.directions;
   } else {
-    axes = degeneracy::physical_axes(result.lidar_information, g_odom_mps2, axes, aware);
+    axes = degeneracy::physical_axes(result.lidar_information, g_odom_mps2, result.T_odom_body.R,
+                                     axes, aware);
     report.directions = degeneracy::direction_information(result.lidar_information, result.planes,
                                                           result.T_odom_body.R, axes, aware);
   }

@@ -275,7 +275,8 @@ UpdateResult update_with_scan(FilterState& state, Matcher& matcher, const PlaneM
       state = predicted;
       return result;
     }
-    result.axes = degeneracy::physical_axes(system.I, state.g_odom_mps2, axes_before, aware);
+    result.axes = degeneracy::physical_axes(system.I, state.g_odom_mps2, state.T_odom_body.R,
+                                            axes_before, aware);
     result.directions = degeneracy::direction_information(system.I, matcher.evidence(),
                                                           state.T_odom_body.R, result.axes, aware);
     keep_degenerate(degenerate_before, result);
