@@ -221,7 +221,7 @@ GuessOf guess_from_frames(std::span<const VehiclePath> paths, std::span<const Pa
 }
 
 geometry::Mat6 with_bend(const geometry::Mat6& information, const geometry::Mat3& place_m2,
-                         double bend_per_m) {
+                         double bend_per_m, double apart_m) {
   using geometry::Mat3;
   using geometry::Mat6;
   constexpr double kMin_m2 = 1e-10;  // keeps it regular: 0.01 mm
@@ -230,7 +230,8 @@ geometry::Mat6 with_bend(const geometry::Mat6& information, const geometry::Mat3
   const double all_m2 = left_m2.trace();
   Mat6 blur = Mat6::Zero();
   blur.topLeftCorner<3, 3>() = all_m2 * Mat3::Identity();
-  blur.bottomRightCorner<3, 3>() = all_m2 * Mat3::Identity() - left_m2;
+  blur.bottomRightCorner<3, 3>() =
+      (1.0 + apart_m * apart_m) * (all_m2 * Mat3::Identity() - left_m2);
   return with_error<Mat6>(information, bend_per_m * bend_per_m * blur);
 }
 
@@ -249,8 +250,8 @@ Loop loop_of(std::span<const PathSubmap> submaps, const LoopFound& found, double
       found.candidate.guess
           ? geometry::Mat3(found.candidate.guess->covariance.bottomRightCorner<3, 3>())
           : geometry::Mat3(kUnknown_m * kUnknown_m * geometry::Mat3::Identity());
-  loop.information =
-      with_bend(relation.information, R_body_ref * place_m2 * R_body_ref.transpose(), bend_per_m);
+  loop.information = with_bend(relation.information, R_body_ref * place_m2 * R_body_ref.transpose(),
+                               bend_per_m, relation.T_target_source.p.norm());
   loop.overlap = best.verdict.overlap();
   loop.rms_m = best.registration.rms_m;
   return loop;

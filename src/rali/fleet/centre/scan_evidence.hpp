@@ -66,11 +66,14 @@ void add_scan_evidence(std::span<const VehiclePath> paths, std::span<const PathS
 
 /// Reduces the information of a comparison for the bend of a passage. Each metre it leaves
 /// unconstrained, e.g. along a tunnel, allows an error of `bend_per_m` metres across it, and as
-/// many radians. Otherwise two comparisons whose unconstrained directions differ by point noise
-/// would determine the position along them: as the intersection of two lines that should be one.
+/// many radians. The direction at the other body, `apart_m` away, differs by that bend, too: a body
+/// that slides along it moves across by as much more. Otherwise two comparisons whose unconstrained
+/// directions differ by point noise would determine the position along them: as the intersection of
+/// two lines that should be one.
 /// @param information on (rotation, translation)  @param place_m2 position covariance without it
 [[nodiscard]] geometry::Mat6 with_bend(const geometry::Mat6& information,
-                                       const geometry::Mat3& place_m2, double bend_per_m);
+                                       const geometry::Mat3& place_m2, double bend_per_m,
+                                       double apart_m);
 
 /// A loop for the joint graph: between the bodies of the middle keyframes.
 /// @param bend_per_m see with_bend()

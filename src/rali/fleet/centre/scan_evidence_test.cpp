@@ -47,18 +47,28 @@ TEST(Slide, is_zero_with_full_information_and_complete_with_zero_information) {
 TEST(Bend, widens_lateral_and_yaw_sigma_in_proportion_to_the_degenerate_uncertainty) {
   const Mat6 I = degenerate_along(Vec3::UnitX(), 0.0);
   const geometry::Mat3 place_m2 = Vec3(9.0, 9.0, 9.0).asDiagonal();
-  const Mat6 bent = with_bend(I, place_m2, 0.01);
+  const Mat6 bent = with_bend(I, place_m2, 0.01, 0.0);
   EXPECT_NEAR(1.0 / bent(4, 4), 1e-4 + 9e-4, 1e-6) << "1 cm, and 1 % of 3 m";
   EXPECT_NEAR(1.0 / bent(2, 2), 1e-6 + 9e-4, 1e-6);
   EXPECT_NEAR(bent(3, 3), 0.0, 1e-9) << "nothing is learned along it";
+}
+
+// Two places 28 m apart in an inclined bend: the direction that their comparison left open was 0.06
+// rad off, so a centimetre across seemed to measure 0.5 m along it.
+TEST(Bend, widens_the_lateral_sigma_with_the_distance_between_the_bodies) {
+  const Mat6 I = degenerate_along(Vec3::UnitX(), 0.0);
+  const geometry::Mat3 place_m2 = Vec3(9.0, 9.0, 9.0).asDiagonal();
+  const Mat6 bent = with_bend(I, place_m2, 0.01, 20.0);
+  EXPECT_NEAR(1.0 / bent(4, 4), 1e-4 + 401.0 * 9e-4, 1e-3) << "3 m along, 0.2 rad off";
+  EXPECT_NEAR(1.0 / bent(2, 2), 1e-6 + 9e-4, 1e-6) << "the heading differs by the slide alone";
 }
 
 TEST(Bend, leaves_fully_observable_information_unchanged) {
   Mat6 I = Mat6::Zero();
   I.diagonal() << 1e6, 1e6, 1e6, 1e4, 1e4, 1e4;
   const geometry::Mat3 place_m2 = Vec3(9.0, 9.0, 9.0).asDiagonal();
-  EXPECT_LT((with_bend(I, place_m2, 0.01) - I).norm(), 0.05 * I.norm());
-  EXPECT_LT((with_bend(I, geometry::Mat3::Zero(), 0.01) - I).norm(), 1e-3 * I.norm())
+  EXPECT_LT((with_bend(I, place_m2, 0.01, 0.0) - I).norm(), 0.05 * I.norm());
+  EXPECT_LT((with_bend(I, geometry::Mat3::Zero(), 0.01, 0.0) - I).norm(), 1e-3 * I.norm())
       << "known without it";
 }
 
@@ -76,9 +86,9 @@ TEST(Bend, two_matches_with_slightly_different_degenerate_axes_stay_degenerate_a
     return std::sqrt(P.inverse()(3, 3));
   };
   EXPECT_LT(sigma_x_m(along(0.003) + along(-0.003)), 3.0) << "as it was";
-  EXPECT_GT(
-      sigma_x_m(with_bend(along(0.003), place_m2, 0.01) + with_bend(along(-0.003), place_m2, 0.01)),
-      2.0 * place_m);
+  EXPECT_GT(sigma_x_m(with_bend(along(0.003), place_m2, 0.01, 0.0) +
+                      with_bend(along(-0.003), place_m2, 0.01, 0.0)),
+            2.0 * place_m);
 }
 
 /// Two paths of one node; a comparison found the second 2 m ahead of the first, to 1 cm.
