@@ -22,6 +22,9 @@ constexpr double kRadToDeg = 180.0 / std::numbers::pi;
 constexpr double kTiltMaxDeg = 15.0;
 /// How well an alternative must fit to be proposed.
 constexpr double kFitsDeg = 7.0;
+/// Escalators and loose rock are no steeper; on an incline, or beside a road on a hillside, such
+/// slopes may be all that is seen.
+constexpr double kSlopeMaxDeg = 40.0;
 constexpr double kCellM = 0.8;
 constexpr double kRangeM = 20.0;
 constexpr std::size_t kCellPoints = 12;
@@ -130,15 +133,27 @@ std::string axes_in_words(const Mat3& R) {
   return text;
 }
 
+double ground_tilt_deg(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
+                       const Vec3& up_body) {
+  return ground_tilt_rad(planes, R_body_lidar, up_body).value_or(std::numbers::pi) * kRadToDeg;
+}
+
+bool inverse_fits(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
+                  const Vec3& up_body) {
+  return ground_tilt_deg(planes, R_body_lidar.transpose(), up_body) < kFitsDeg;
+}
+
+/// What would fit, in words.
 std::string what_fits(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
                       const Vec3& up_body) {
-  const auto tilt_deg = [&](const Mat3& R) {
-    return ground_tilt_rad(planes, R, up_body).value_or(std::numbers::pi) * kRadToDeg;
-  };
-  const double inverse_deg = tilt_deg(R_body_lidar.transpose());
-  if (inverse_deg < kFitsDeg) {
+  const auto tilt_deg = [&](const Mat3& R) { return ground_tilt_deg(planes, R, up_body); };
+  if (inverse_fits(planes, R_body_lidar, up_body)) {
     return fmt::format("The inverse fits ({:.1f} deg): was T_lidar_body given as T_body_lidar?",
-                       inverse_deg);
+                       tilt_deg(R_body_lidar.transpose()));
+  }
+  // On an incline, other axes that make a wall the ground fit better than the right ones.
+  if (tilt_deg(R_body_lidar) < kSlopeMaxDeg) {
+    return "Check it, unless the vehicle started on or beside a slope.";
   }
   for (const Mat3& R : axis_exchanges()) {
     // Among equal ones the first in a fixed order: gravity does not constrain yaw.
@@ -263,7 +278,8 @@ Result<FindingList> check_extrinsics(std::span<const PlaneDirection> planes,
       "T_body_lidar does not fit the data: the ground seen by the LiDAR is {:.1f} deg off level",
       tilt_deg);
   const std::string fits = what_fits(planes, R_body_lidar, up_body);
-  if (options.extrinsics == ExtrinsicsCheck::kError) {
+  const bool maybe_slope = tilt_deg < kSlopeMaxDeg && !inverse_fits(planes, R_body_lidar, up_body);
+  if (options.extrinsics == ExtrinsicsCheck::kError && !maybe_slope) {
     return fail(ErrorCode::kInput, fmt::format("vehicles.{}.lidar.T_body_lidar", options.vehicle),
                 text, fits + " (--set checks.extrinsics=warn goes on.)");
   }

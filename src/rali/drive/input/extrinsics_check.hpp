@@ -31,7 +31,8 @@ struct PlaneDirection {
 
 /// Compares T_body_lidar with gravity and the ground, at standstill (algorithm: the ground is level
 /// to 15 deg where vehicles start; U12). A mismatch is an error (kInput) that names what would fit:
-/// the inverse, or another order of axes; with ExtrinsicsCheck::kWarn a finding D11. Where only
+/// the inverse, or another order of axes; with ExtrinsicsCheck::kWarn a finding D11. Up to
+/// 40 deg may be a slope unless the inverse fits: a finding, too. Where only
 /// walls are visible (a narrow corridor), or a round section without its bottom (a pipe), gravity
 /// does not constrain the axes: no complaint.
 /// @param up_body unit vector against gravity in body, from the accelerometer at standstill

@@ -31,6 +31,15 @@ std::vector<PlaneDirection> planes_of(const Mat3& R_body_lidar) {
   return plane_directions({&scan, 1});
 }
 
+enum class Verdict { kAccepted, kWarned, kRefused };
+
+/// Of the identity as T_body_lidar.
+Verdict verdict_on(const std::vector<PlaneDirection>& planes) {
+  const auto checked = check_extrinsics(planes, Mat3::Identity(), Vec3::UnitZ(), {});
+  if (!checked) return Verdict::kRefused;
+  return checked->empty() ? Verdict::kAccepted : Verdict::kWarned;
+}
+
 TEST(Extrinsics, finds_the_ground_below_a_tilted_lidar) {
   const Mat3 R = geometry::rotation_from_rpy(0.0, 30.0 * kDeg, 0.0);
   const auto planes = planes_of(R);
@@ -67,12 +76,10 @@ TEST(Extrinsics, suggests_swapped_axes_if_these_fit) {
 TEST(Extrinsics, are_accepted_in_a_corridor_without_visible_floor) {
   // Two walls, no floor in reach of the rings: other axes would "fit" as well as the right ones.
   const std::vector<PlaneDirection> walls = {{Vec3::UnitY(), 0.5}, {-Vec3::UnitY(), 0.45}};
-  EXPECT_TRUE(check_extrinsics(walls, Mat3::Identity(), Vec3::UnitZ(), {}));
-  const std::vector<PlaneDirection> oblique = {
-      {Vec3::UnitY(), 0.4}, {-Vec3::UnitY(), 0.3}, {Vec3(0.5, 0.0, 0.866), 0.3}};
-  EXPECT_FALSE(check_extrinsics(oblique, Mat3::Identity(), Vec3::UnitZ(), {}));
-  const std::vector<PlaneDirection> one = {{Vec3::UnitY(), 0.9}};
-  EXPECT_FALSE(check_extrinsics(one, Mat3::Identity(), Vec3::UnitZ(), {}));
+  EXPECT_EQ(verdict_on(walls), Verdict::kAccepted);
+  EXPECT_EQ(verdict_on({{Vec3::UnitY(), 0.3}, {-Vec3::UnitY(), 0.3}, {Vec3(0.5, 0.0, 0.866), 0.4}}),
+            Verdict::kWarned);
+  EXPECT_EQ(verdict_on({{Vec3::UnitY(), 0.9}}), Verdict::kRefused);
 }
 
 TEST(Extrinsics, are_accepted_where_a_lidar_sees_the_ceiling_and_one_wall) {
@@ -81,6 +88,21 @@ TEST(Extrinsics, are_accepted_where_a_lidar_sees_the_ceiling_and_one_wall) {
   EXPECT_TRUE(check_extrinsics(seen, Mat3::Identity(), Vec3::UnitZ(), {}));
   const std::vector<PlaneDirection> ceiling = {{-Vec3::UnitZ(), 0.9}};
   EXPECT_FALSE(check_extrinsics(ceiling, Mat3::Identity(), Vec3::UnitZ(), {})) << "upside down?";
+}
+
+TEST(Extrinsics, are_questioned_but_not_refused_between_slopes) {
+  // A road on a hillside: rings see the slopes, one rising by 50 %, one falling by 45 %.
+  EXPECT_EQ(verdict_on({{Vec3(0.0, 0.447, 0.894), 0.5}, {Vec3(0.0, 0.41, 0.912), 0.3}}),
+            Verdict::kWarned);
+  // In an inclined passage, its walls would be level under other axes.
+  const std::vector<PlaneDirection> incline = {
+      {Vec3::UnitY(), 0.35}, {-Vec3::UnitY(), 0.3}, {Vec3(-0.5, 0.0, 0.866), 0.3}};
+  const auto checked = check_extrinsics(incline, Mat3::Identity(), Vec3::UnitZ(), {});
+  ASSERT_TRUE(checked) << checked.error().message();
+  ASSERT_EQ(checked->size(), 1U);
+  EXPECT_NE(checked->front().remedy.find("slope"), std::string::npos);
+  // Steeper than any slope.
+  EXPECT_EQ(verdict_on({{Vec3(0.0, 0.707, 0.707), 0.8}}), Verdict::kRefused);
 }
 
 TEST(Extrinsics, are_accepted_in_a_pipe_without_visible_floor) {
@@ -108,9 +130,8 @@ TEST(Extrinsics, are_accepted_in_a_pipe_without_visible_floor) {
   std::vector<PlaneDirection> cluttered = rolled;  // with something small and steep, as a car
   cluttered.push_back({Vec3(0.0, 1.0, 0.0), 0.08});
   EXPECT_FALSE(check_extrinsics(cluttered, Mat3::Identity(), Vec3::UnitZ(), {}));
-  const std::vector<PlaneDirection> pitched = {
-      {Vec3::UnitY(), 0.3}, {-Vec3::UnitY(), 0.3}, {Vec3(h, 0.0, h), 0.4}};
-  EXPECT_FALSE(check_extrinsics(pitched, Mat3::Identity(), Vec3::UnitZ(), {}));
+  EXPECT_EQ(verdict_on({{Vec3::UnitY(), 0.3}, {-Vec3::UnitY(), 0.3}, {Vec3(h, 0.0, h), 0.4}}),
+            Verdict::kRefused);
 }
 
 TEST(Extrinsics, are_accepted_in_a_vaulted_tunnel_without_visible_floor) {
@@ -126,12 +147,11 @@ TEST(Extrinsics, are_accepted_in_a_vaulted_tunnel_without_visible_floor) {
     std::vector<PlaneDirection> turned = vault;
     turned.push_back({Vec3::UnitZ(), 0.2});  // the floor, farther away
     for (PlaneDirection& plane : turned) plane.n_lidar = R * plane.n_lidar;
-    EXPECT_FALSE(check_extrinsics(turned, Mat3::Identity(), Vec3::UnitZ(), {})) << rpy;
+    EXPECT_NE(verdict_on(turned), Verdict::kAccepted) << rpy;
   }
   // Walls before and behind stand upright beside a rolled ground, too.
-  const std::vector<PlaneDirection> between = {
-      {Vec3::UnitX(), 0.2}, {-Vec3::UnitX(), 0.2}, {Vec3(0.0, 0.5, 0.866), 0.5}};
-  EXPECT_FALSE(check_extrinsics(between, Mat3::Identity(), Vec3::UnitZ(), {}));
+  EXPECT_EQ(verdict_on({{Vec3::UnitX(), 0.2}, {-Vec3::UnitX(), 0.2}, {Vec3(0.0, 0.5, 0.866), 0.5}}),
+            Verdict::kWarned);
 }
 
 TEST(Extrinsics, continue_with_a_finding_in_warn_mode) {
