@@ -366,6 +366,10 @@ RotationStudy study_rotations(std::span<const LidarTurn> lidar,
   const GyroTrack gyro(imu, degrees ? kRadPerDeg : 1.0);
   const Offset& offset = degrees ? in_degps : in_radps;
   out.offset_at_border = offset.at_border;
+  const Pairs slow_pairs = pairs_at(slow.turns, degrees ? slow_degps : slow_radps, offset.offset_s);
+  out.gyro_rate_rms =
+      std::sqrt(kabsch(slow_pairs).imu_square / static_cast<double>(slow.turns.size())) /
+      (static_cast<double>(slow.count) * slow.scan_s);
   // If less than half is explained, minimum and scale are determined by noise.
   if (offset.unexplained > kUnexplainedMax) return out;
   out.time_offset_sigma_s = offset.sigma_s;
@@ -383,6 +387,7 @@ RotationStudy study_rotations(std::span<const LidarTurn> lidar,
   out.best.R_imu_lidar = fit.R;
   out.best.misfit = misfit(pairs, fit.R);
   out.gyro_ratio = offset.scale / (degrees ? kRadPerDeg : 1.0);
+  out.gyro_ratio_max = out.gyro_ratio / (1.0 - offset.unexplained);
   return out;
 }
 

@@ -50,8 +50,12 @@ struct RotationFit {
 struct RotationStudy {
   std::size_t pairs = 0;
   double turned_rad = 0.0;     ///< sum of the LiDAR's rotations
-  double turn_rate_rms = 0.0;  ///< rad/s
+  double turn_rate_rms = 0.0;  ///< of the LiDAR, its noise included [rad/s]
+  double gyro_rate_rms = 0.0;  ///< of the gyro's slow rotations, without their mean [rad/s]
   double gyro_ratio = 0.0;     ///< gyro / LiDAR in slow rotations; 57.3: deg/s. 0: not observable
+  /// The same if all differences were noise of the gyro. gyro_ratio has all of them as noise of the
+  /// LiDAR: the true ratio is between the two (Frisch 1934).
+  double gyro_ratio_max = 0.0;
   /// Fraction of the rotation about the second axis (0..1): near 0, the vehicle turned about one
   /// axis only and the mounting rotation about it is not observable.
   double second_axis_fraction = 0.0;

@@ -117,7 +117,7 @@ void Examination::judge_rotations(DoctorReport& report, FindingList& out) {
   if (report.T_body_lidar) given.R_body_lidar = report.T_body_lidar->R;
   given.R_body_imu = options_.T_body_imu.R;
   given.origin = options_.T_body_lidar ? "settings" : "/tf_static";
-  report_gyro_unit(study, report.imu_topic, out);
+  report_gyro_unit(study, turning_.degenerate_fraction(), report.imu_topic, out);
   report_time_offset(study, report.lidar_topic, out);
   report_extrinsics(study, given, turning_.turns(), imu_, out);
   if (imu.units_known) {

@@ -23,7 +23,10 @@ constexpr double kClearlyBetter = 0.4;  ///< fraction of the given rotation's mi
 /// At slower rotation the noise of LiDAR poses dominates.
 constexpr double kTurnRateSeen_radps = 0.1;
 constexpr double kSecondAxisMin = 0.1;
+constexpr double kDegenerateMax = 0.2;  ///< of the scans
+constexpr double kUnitFactor = 2.0;     ///< more is no scale error
 constexpr double kTiltMax_rad = 8.0 / kDegPerRad;
+constexpr double kVaultMax_rad = 40.0 / kDegPerRad;  ///< of a plane above: a vault's side
 constexpr double kAlike_rad = 5.0 / kDegPerRad;
 
 struct Candidate {
@@ -84,10 +87,12 @@ Candidate best_other(const geometry::Mat3& R_given, std::span<const imu::LidarTu
 
 }  // namespace
 
-void report_gyro_unit(const imu::RotationStudy& study, const std::string& topic, FindingList& out) {
+void report_gyro_unit(const imu::RotationStudy& study, double degenerate_fraction,
+                      const std::string& topic, FindingList& out) {
   if (study.gyro_ratio == 0.0) return report_not_seen("D09", study, "the gyro's unit is", out);
   const double ratio = study.gyro_ratio;
-  if (std::abs(ratio - 1.0) < 0.1) {
+  const double limit = degenerate_fraction > kDegenerateMax ? kUnitFactor : 1.1;
+  if (ratio < limit && study.gyro_ratio_max > 1.0 / limit) {
     out.push_back(make_finding(
         "D09", Severity::kInfo, topic,
         {fmt::format("gyro and LiDAR turn alike, ratio {:.3f}", ratio), "", ""}, {ratio, 1.0}));
@@ -106,7 +111,8 @@ void report_gyro_unit(const imu::RotationStudy& study, const std::string& topic,
 void report_time_offset(const imu::RotationStudy& study, const std::string& topic,
                         FindingList& out) {
   if (!study.time_offset_s) {
-    const bool turned = study.turn_rate_rms > kTurnRateSeen_radps;
+    // Both have turned: the LiDAR's rate alone may be noise.
+    const bool turned = std::min(study.turn_rate_rms, study.gyro_rate_rms) > kTurnRateSeen_radps;
     if (!study.offset_at_border || !turned)
       return report_not_seen("D12", study, "the time offset is", out);
     out.push_back(make_finding("D12", Severity::kWarning, topic,
@@ -197,7 +203,8 @@ void report_up(const std::optional<geometry::Vec3>& up_lidar, const geometry::Ve
   const geometry::Mat3 R_imu_lidar =
       given.R_body_imu.transpose() * given.R_body_lidar.value_or(geometry::Mat3::Identity());
   const double tilt_rad = angle_between(R_imu_lidar * *up_lidar, up_imu);
-  if (study.gyro_ratio != 0.0 && study.second_axis_fraction >= kSecondAxisMin) {
+  if (study.gyro_ratio != 0.0 && study.second_axis_fraction >= kSecondAxisMin &&
+      study.best.misfit < kMisfitMax) {
     const geometry::Vec3 by_turning = study.best.R_imu_lidar * *up_lidar;
     if (std::numbers::pi - angle_between(by_turning, up_imu) < 4.0 * kAlike_rad &&
         tilt_rad < 4.0 * kTiltMax_rad) {
@@ -214,11 +221,11 @@ void report_up(const std::optional<geometry::Vec3>& up_lidar, const geometry::Ve
   // The rotation distinguishes a ceiling above the LiDAR from a floor below an upside-down one.
   const bool hangs = study.gyro_ratio != 0.0 && (study.best.R_imu_lidar * *up_lidar).dot(up_imu) >
                                                     std::cos(4.0 * kTiltMax_rad);
-  if (std::numbers::pi - tilt_rad < 2.0 * kTiltMax_rad && !hangs) {
+  if (std::numbers::pi - tilt_rad < kVaultMax_rad && !hangs) {
     out.push_back(make_finding(
         "D07", Severity::kInfo, topic,
-        {"the plane nearest to level lies above the LiDAR: a ceiling, or the LiDAR hangs upside "
-         "down, which T_body_lidar does not include",
+        {"the plane nearest to level lies above the LiDAR: a ceiling or vault, or the LiDAR hangs "
+         "upside down, which T_body_lidar does not include",
          "", ""},
         {tilt_rad * kDegPerRad, kTiltMax_rad * kDegPerRad}));
     return;
@@ -239,7 +246,7 @@ void report_up(const std::optional<geometry::Vec3>& up_lidar, const geometry::Ve
   out.push_back(make_finding(
       "D07", off ? Severity::kWarning : Severity::kInfo, topic,
       {fmt::format("ground normal and gravity differ by {:.1f} deg", tilt_rad * kDegPerRad),
-       off ? "T_body_lidar is wrong, or the recording starts beside a slope" : "",
+       off ? "T_body_lidar is wrong, or the recording starts on or beside a slope" : "",
        off ? "Check T_body_lidar and T_body_imu." : ""},
       {tilt_rad * kDegPerRad, kTiltMax_rad * kDegPerRad}));
 }

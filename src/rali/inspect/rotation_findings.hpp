@@ -17,7 +17,10 @@ struct ExtrinsicsGiven {
 };
 
 /// D09: gyro unit from the ratio of both rotations.
-void report_gyro_unit(const imu::RotationStudy& study, const std::string& topic, FindingList& out);
+/// @param degenerate_fraction of the scans. In a degenerate bend the LiDAR measures its turn only
+/// as well as its way, so the ratio shows no scale error there, only another unit.
+void report_gyro_unit(const imu::RotationStudy& study, double degenerate_fraction,
+                      const std::string& topic, FindingList& out);
 
 /// D12: time offset, with its uncertainty, or why there is none.
 void report_time_offset(const imu::RotationStudy& study, const std::string& topic,

@@ -26,7 +26,7 @@ FindingList all_findings(const TurningPair& pair, const ExtrinsicsGiven& given,
   const auto imu = pair.imu();
   const imu::RotationStudy study = imu::study_rotations(lidar, imu);
   FindingList findings;
-  report_gyro_unit(study, "/imu", findings);
+  report_gyro_unit(study, 0.0, "/imu", findings);
   report_time_offset(study, "/points", findings);
   report_extrinsics(study, given, lidar, imu, findings);
   report_up(up_lidar, geometry::Vec3::UnitZ(), study, given, "/points", findings);
@@ -70,6 +70,50 @@ TEST(RotationFindings, gyro_rates_in_deg_per_s_are_detected) {
   ASSERT_NE(f, nullptr);
   EXPECT_EQ(f->severity, Severity::kError);
   EXPECT_NE(f->text.find("deg/s"), std::string::npos);
+}
+
+TEST(RotationFindings, a_gyro_scale_is_not_judged_by_noise_or_in_degenerate_bends) {
+  const auto severity = [](double ratio, double ratio_max, double degenerate_fraction) {
+    imu::RotationStudy study;
+    study.gyro_ratio = ratio;
+    study.gyro_ratio_max = ratio_max;
+    FindingList findings;
+    report_gyro_unit(study, degenerate_fraction, "/imu", findings);
+    return find(findings, "D09")->severity;
+  };
+  EXPECT_EQ(severity(0.80, 0.82, 0.0), Severity::kError);
+  EXPECT_EQ(severity(0.80, 1.30, 0.0), Severity::kInfo) << "noise of the LiDAR lowers the ratio";
+  EXPECT_EQ(severity(1.32, 1.40, 0.0), Severity::kError);
+  EXPECT_EQ(severity(1.32, 1.40, 0.9), Severity::kInfo) << "its way, and so its turn, is unknown";
+  EXPECT_EQ(severity(57.3, 57.9, 0.9), Severity::kError) << "deg/s";
+}
+
+// On a straight track the rotation that fits best is that of noise.
+TEST(RotationFindings, mirrored_axes_are_not_concluded_from_rotations_that_do_not_fit) {
+  imu::RotationStudy study;
+  study.gyro_ratio = study.gyro_ratio_max = 1.0;
+  study.second_axis_fraction = 0.9;
+  study.best.R_imu_lidar = geometry::rotation_from_rpy(std::numbers::pi, 0.0, 0.0);
+  for (const double misfit : {0.1, 0.6}) {
+    study.best.misfit = misfit;
+    FindingList findings;
+    report_up(geometry::Vec3::UnitZ(), geometry::Vec3::UnitZ(), study, {}, "/points", findings);
+    EXPECT_EQ(find(findings, "D07")->severity, misfit < 0.2 ? Severity::kError : Severity::kInfo);
+  }
+}
+
+// In a straight pipe the LiDAR's turning is noise, and the gyro's next to nothing.
+TEST(RotationFindings, clocks_are_not_suspected_where_the_gyro_did_not_turn) {
+  imu::RotationStudy study;
+  study.turn_rate_rms = 0.2;
+  study.offset_at_border = true;
+  for (const double gyro_rate_rms : {0.01, 0.2}) {
+    study.gyro_rate_rms = gyro_rate_rms;
+    FindingList findings;
+    report_time_offset(study, "/points", findings);
+    EXPECT_EQ(find(findings, "D12")->severity,
+              gyro_rate_rms < 0.1 ? Severity::kInfo : Severity::kWarning);
+  }
 }
 
 TEST(RotationFindings, an_inverted_extrinsic_rotation_is_distinguished_from_the_correct_one) {

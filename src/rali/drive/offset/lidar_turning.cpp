@@ -1,5 +1,7 @@
 #include "rali/drive/offset/lidar_turning.hpp"
 
+#include <algorithm>
+
 #include "rali/odometry/robust/robust_odometry.hpp"
 
 namespace rali::drive {
@@ -7,6 +9,13 @@ namespace {
 
 /// A rotation between scans farther apart is not one motion any more.
 constexpr double kTurnMax_s = 0.5;
+
+bool is_degenerate(const odometry::ScanResult& result) {
+  if (!result.directions) return false;
+  return std::any_of(
+      result.directions->begin(), result.directions->begin() + 3,
+      [](const degeneracy::DirectionInfo& d) { return d.category == degeneracy::Category::kNone; });
+}
 
 }  // namespace
 
@@ -18,6 +27,7 @@ void LidarTurning::see(const sensor::LidarScan& scan, Executor& executor) {
   FindingList ignored;  // this odometry is only used for its rotation
   const odometry::ScanResult result = odometry_->process(scan, executor, ignored);
   using odometry::TrackState;
+  if (is_degenerate(result)) ++degenerate_;
   const bool good = result.state == TrackState::kGood || result.state == TrackState::kWeak;
   ++scans_;
   if (!good) {

@@ -34,6 +34,11 @@ class LidarTurning {
   /// Scans with points.
   [[nodiscard]] std::uint64_t scans() const { return scans_; }
 
+  /// Of the scans; 0 to 1.
+  [[nodiscard]] double degenerate_fraction() const {
+    return scans_ > 0 ? static_cast<double>(degenerate_) / static_cast<double>(scans_) : 0.0;
+  }
+
   /// Scans in which the LiDAR odometry lost tracking.
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
@@ -43,7 +48,7 @@ class LidarTurning {
   std::vector<imu::LidarTurn> turns_;
   std::vector<ranging::TrackPoint> track_;
   std::uint32_t piece_ = 0;
-  std::uint64_t scans_ = 0, lost_ = 0;
+  std::uint64_t scans_ = 0, lost_ = 0, degenerate_ = 0;
 };
 
 }  // namespace rali::drive
