@@ -85,7 +85,8 @@ double second_axis(const std::vector<LidarTurn>& turns) {
 struct Offset {
   double offset_s = 0.0, sigma_s = 0.0;
   double unexplained = 1.0;
-  double scale = 0.0;  ///< of the gyro against the LiDAR
+  double scale = 0.0;         ///< of the gyro against the LiDAR
+  double gyro_rms_rad = 0.0;  ///< of its rotations
   bool at_border = false;
 
   /// Whether the gyro may have the assumed unit.
@@ -202,7 +203,9 @@ Offset search_offset(std::span<const LidarTurn> lidar, const GyroTrack& gyro,
   out.at_border = tip.at_border;
   out.sigma_s = limits.offset_max_s;
   out.unexplained = tip.fraction;
-  out.scale = kabsch(pairs_at(lidar, gyro, tip.offset_s)).scale;
+  const Kabsch fit = kabsch(pairs_at(lidar, gyro, tip.offset_s));
+  out.scale = fit.scale;
+  out.gyro_rms_rad = std::sqrt(fit.imu_square / static_cast<double>(lidar.size()));
   if (tip.at_border || !(tip.curvature > 0.0)) return out;
   const double freedom =
       std::max(1.0, 3.0 * static_cast<double>(curve.pairs) / static_cast<double>(alike) - 7.0);
@@ -366,10 +369,7 @@ RotationStudy study_rotations(std::span<const LidarTurn> lidar,
   const GyroTrack gyro(imu, degrees ? kRadPerDeg : 1.0);
   const Offset& offset = degrees ? in_degps : in_radps;
   out.offset_at_border = offset.at_border;
-  const Pairs slow_pairs = pairs_at(slow.turns, degrees ? slow_degps : slow_radps, offset.offset_s);
-  out.gyro_rate_rms =
-      std::sqrt(kabsch(slow_pairs).imu_square / static_cast<double>(slow.turns.size())) /
-      (static_cast<double>(slow.count) * slow.scan_s);
+  out.gyro_rate_rms = offset.gyro_rms_rad / (static_cast<double>(slow.count) * slow.scan_s);
   // If less than half is explained, minimum and scale are determined by noise.
   if (offset.unexplained > kUnexplainedMax) return out;
   out.time_offset_sigma_s = offset.sigma_s;

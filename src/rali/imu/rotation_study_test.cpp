@@ -150,6 +150,37 @@ TEST(RotationStudy, vibration_measured_late_by_the_lidar_is_not_a_time_offset) {
   EXPECT_NEAR(study.gyro_ratio, 1.0, 0.02);
 }
 
+TEST(RotationStudy, noise_of_the_lidar_widens_the_bounds_of_the_gyro_ratio_about_the_truth) {
+  TurningPair pair;
+  pair.tilt_radps = 0.0;
+  const auto exact = study_rotations(pair.lidar(), pair.imu());
+  EXPECT_NEAR(exact.gyro_ratio_max, exact.gyro_ratio, 0.02);
+  // The yaw rate 0.6 sin 0.7 t + 0.18 sin 2.3 t, each averaged over two windows of a second.
+  EXPECT_NEAR(exact.gyro_rate_rms, 0.40, 0.03);
+  auto noisy = pair.lidar();
+  Rng rng(3, "noise");
+  for (LidarTurn& turn : noisy) {
+    turn.turn_lidar_rad += 0.08 * geometry::Vec3(rng.normal(), rng.normal(), rng.normal());
+  }
+  const auto study = study_rotations(noisy, pair.imu());
+  ASSERT_GT(study.gyro_ratio, 0.0);
+  EXPECT_LT(study.gyro_ratio, 0.97);
+  EXPECT_GT(study.gyro_ratio_max, 1.0);
+}
+
+TEST(RotationStudy, the_gyro_that_does_not_turn_shows_beside_a_noisy_lidar) {
+  TurningPair pair;
+  pair.rate_radps = 0.0;
+  auto noisy = pair.lidar();
+  Rng rng(3, "noise");
+  for (LidarTurn& turn : noisy) {
+    turn.turn_lidar_rad += 0.02 * geometry::Vec3(rng.normal(), rng.normal(), rng.normal());
+  }
+  const auto study = study_rotations(noisy, pair.imu());
+  EXPECT_GT(study.turn_rate_rms, 0.1);
+  EXPECT_LT(study.gyro_rate_rms, 0.01);
+}
+
 TEST(RotationStudy, slow_turning_keeps_the_gyro_ratio_near_one) {
   TurningPair pair;
   pair.rate_radps = 0.03;

@@ -133,36 +133,34 @@ std::string axes_in_words(const Mat3& R) {
   return text;
 }
 
-double ground_tilt_deg(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
-                       const Vec3& up_body) {
-  return ground_tilt_rad(planes, R_body_lidar, up_body).value_or(std::numbers::pi) * kRadToDeg;
-}
+struct Verdict {
+  std::string remedy;
+  bool may_be_slope = false;  ///< no proof of a mistake
+};
 
-bool inverse_fits(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
-                  const Vec3& up_body) {
-  return ground_tilt_deg(planes, R_body_lidar.transpose(), up_body) < kFitsDeg;
-}
-
-/// What would fit, in words.
-std::string what_fits(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
-                      const Vec3& up_body) {
-  const auto tilt_deg = [&](const Mat3& R) { return ground_tilt_deg(planes, R, up_body); };
-  if (inverse_fits(planes, R_body_lidar, up_body)) {
-    return fmt::format("The inverse fits ({:.1f} deg): was T_lidar_body given as T_body_lidar?",
-                       tilt_deg(R_body_lidar.transpose()));
+/// What would fit. @param given_deg tilt of the ground with the given rotation
+Verdict what_fits(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
+                  double given_deg, const Vec3& up_body) {
+  const auto tilt_deg = [&](const Mat3& R) {
+    return ground_tilt_rad(planes, R, up_body).value_or(std::numbers::pi) * kRadToDeg;
+  };
+  const double inverse_deg = tilt_deg(R_body_lidar.transpose());
+  if (inverse_deg < kFitsDeg) {
+    return {fmt::format("The inverse fits ({:.1f} deg): was T_lidar_body given as T_body_lidar?",
+                        inverse_deg)};
   }
   // On an incline, other axes that make a wall the ground fit better than the right ones.
-  if (tilt_deg(R_body_lidar) < kSlopeMaxDeg) {
-    return "Check it, unless the vehicle started on or beside a slope.";
+  if (given_deg < kSlopeMaxDeg) {
+    return {"Check it, unless the vehicle started on or beside a slope.", true};
   }
   for (const Mat3& R : axis_exchanges()) {
     // Among equal ones the first in a fixed order: gravity does not constrain yaw.
     if (tilt_deg(R) < kFitsDeg) {
-      return fmt::format("Other axes fit ({:.1f} deg), up to yaw: {}.", tilt_deg(R),
-                         axes_in_words(R));
+      return {fmt::format("Other axes fit ({:.1f} deg), up to yaw: {}.", tilt_deg(R),
+                          axes_in_words(R))};
     }
   }
-  return "Neither the inverse nor other axes fit; is the accelerometer's sign right?";
+  return {"Neither the inverse nor other axes fit; is the accelerometer's sign right?"};
 }
 
 /// A pipe or a vaulted tunnel along a horizontal axis: all oblique planes run along it, and between
@@ -277,17 +275,16 @@ Result<FindingList> check_extrinsics(std::span<const PlaneDirection> planes,
   const std::string text = fmt::format(
       "T_body_lidar does not fit the data: the ground seen by the LiDAR is {:.1f} deg off level",
       tilt_deg);
-  const std::string fits = what_fits(planes, R_body_lidar, up_body);
-  const bool maybe_slope = tilt_deg < kSlopeMaxDeg && !inverse_fits(planes, R_body_lidar, up_body);
-  if (options.extrinsics == ExtrinsicsCheck::kError && !maybe_slope) {
+  const Verdict verdict = what_fits(planes, R_body_lidar, tilt_deg, up_body);
+  if (options.extrinsics == ExtrinsicsCheck::kError && !verdict.may_be_slope) {
     return fail(ErrorCode::kInput, fmt::format("vehicles.{}.lidar.T_body_lidar", options.vehicle),
-                text, fits + " (--set checks.extrinsics=warn goes on.)");
+                text, verdict.remedy + " (--set checks.extrinsics=warn goes on.)");
   }
   Finding f;
   f.id = "D11";
   f.vehicle = options.vehicle;
   f.text = text;
-  f.remedy = fits;
+  f.remedy = verdict.remedy;
   f.value = tilt_deg;
   f.limit = kTiltMaxDeg;
   findings.push_back(f);

@@ -63,6 +63,17 @@ TEST(Bend, widens_the_lateral_sigma_with_the_distance_between_the_bodies) {
   EXPECT_NEAR(1.0 / bent(2, 2), 1e-6 + 9e-4, 1e-6) << "the heading differs by the slide alone";
 }
 
+TEST(Bend, of_a_loop_grows_with_the_distance_of_its_bodies) {
+  const VehiclePath path = straight_path(1);
+  const std::vector<PathSubmap> pieces = {piece_of(path, 0, 2), piece_of(path, 0, 8)};
+  const auto lateral_sigma_m = [&pieces](double apart_m) {
+    LoopFound found = seen_at({apart_m, 0.0, 0.0}, 0, 1, 0.01);
+    found.recognition.placements.front().registration.information(3, 3) = 0.0;
+    return 1.0 / std::sqrt(loop_of(pieces, found, 0.01).information(4, 4));
+  };
+  EXPECT_GT(lateral_sigma_m(20.0), 10.0 * lateral_sigma_m(0.0));
+}
+
 TEST(Bend, leaves_fully_observable_information_unchanged) {
   Mat6 I = Mat6::Zero();
   I.diagonal() << 1e6, 1e6, 1e6, 1e4, 1e4, 1e4;
