@@ -9,7 +9,7 @@ namespace rali::map {
 namespace {
 
 void add_grid(const GridBuilder& builder, MapResult& out, FindingList& findings) {
-  Result<OccupancyGrid> grid = builder.finish();
+  Result<CellMap> grid = builder.finish();
   if (grid) {
     out.grid = std::move(*grid);
     return;

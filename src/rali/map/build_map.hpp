@@ -27,7 +27,7 @@ struct KeyframeLooks {
 struct MapResult {
   MapCloud map;
   MapCloud removed;  ///< people and vehicles
-  std::optional<OccupancyGrid> grid;
+  std::optional<CellMap> grid;
   Thickness thickness;
   std::size_t keyframes = 0;
   std::vector<KeyframeLooks> looks;  ///< in the order of the stream

@@ -91,17 +91,21 @@ Status write_clouds(const map::MapResult& result, const MapJob& job,
                            io::one_part(columns(result.removed)));
 }
 
-Status write_grid_files(const map::OccupancyGrid& grid, const std::string& out_dir) {
-  std::vector<io::GridCell> cells(grid.cells.size());
-  // The map room counts rows from the top of the image, the file writer from the smallest y.
-  for (std::size_t row = 0; row < grid.height; ++row) {
-    for (std::size_t column = 0; column < grid.width; ++column) {
-      const std::uint8_t value = grid.cells[(grid.height - 1 - row) * grid.width + column];
-      cells[row * grid.width + column] = value == map::kFree       ? io::GridCell::kFree
-                                         : value == map::kOccupied ? io::GridCell::kOccupied
-                                                                   : io::GridCell::kUnknown;
-    }
+io::GridCell file_cell(map::CellState state) {
+  switch (state) {
+    case map::CellState::kFree:
+      return io::GridCell::kFree;
+    case map::CellState::kOccupied:
+      return io::GridCell::kOccupied;
+    case map::CellState::kUnknown:
+      break;
   }
+  return io::GridCell::kUnknown;
+}
+
+Status write_grid_files(const map::CellMap& grid, const std::string& out_dir) {
+  std::vector<io::GridCell> cells(grid.cells.size());
+  std::transform(grid.cells.begin(), grid.cells.end(), cells.begin(), file_cell);
   io::GridView view;
   view.width = static_cast<std::uint32_t>(grid.width);
   view.height = static_cast<std::uint32_t>(grid.height);

@@ -1,4 +1,4 @@
-#include "rali/map/explore_outline.hpp"
+#include "rali/map/scan_outline.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,12 +19,13 @@ constexpr double kPatch_m = 1.0;      ///< reach of the ground under the vehicle
 constexpr double kNoise_m = 0.05;     ///< of a height
 constexpr double kGap_m = 3.0;        ///< a longer gap makes one ring of a wall look like a ramp
 constexpr double kLevel_m = 0.1;      ///< level enough to be ground beside a wall
-constexpr double kAbove_m = 0.2;      ///< clearance above the vehicle
+constexpr double kSlopeNoise = 0.09;  ///< of the slope under the vehicle: 5 degrees
 constexpr double kClearGap_m = 0.45;  ///< no relevant obstacle fits into such a gap
 
 struct Sample {
-  float x_m, y_m, z_m, range_m;  ///< level, relative to the sensor; z above the ground at the body
-  std::uint32_t bin;             ///< wedge and step of the growth
+  float x_m, y_m, range_m;  ///< level, relative to the sensor
+  float z_m;                ///< above the plane on which the vehicle stands
+  std::uint32_t bin;        ///< wedge and step of the growth
 };
 
 double turn_of(double x, double y) {
@@ -37,27 +38,32 @@ std::size_t part_of(double turn, std::size_t parts) {
 
 class Outliner {
  public:
-  Outliner(const ExploreSettings& settings, double sensor_height_m)
+  /// @param rise_level of the plane on which the vehicle stands, per metre along x and y
+  Outliner(const OutlineSettings& settings, const Vec3& sensor_level_m, double below_m,
+           const Vec2& rise_level)
       : settings_(settings),
-        top_m_(settings.vehicle_height_m + kAbove_m),
         tan_slope_(std::tan(settings.slope_max_deg * std::numbers::pi / 180.0)),
-        sensor_height_m_(sensor_height_m),
+        sensor_level_m_(sensor_level_m),
+        below_m_(below_m),
+        rise_level_(rise_level),
+        sensor_height_m_(above_plane(sensor_level_m)),
         steps_(static_cast<std::size_t>(std::ceil(settings.range_m / kBin_m)) + 1),
         side_(2 * static_cast<std::size_t>(std::ceil(settings.range_m / settings.cell_m)) + 2),
         is_hit_(side_ * side_, 0) {
     nearest_m_.fill(std::numeric_limits<float>::infinity());
     open_m_.fill(0.0F);
+    enters_m_.fill(std::numeric_limits<float>::infinity());
   }
 
-  void collect(const Vec3& p_level_m, const Vec3& sensor_level_m, double below_m) {
-    const Vec3 d = p_level_m - sensor_level_m;
+  void collect(const Vec3& p_level_m) {
+    const Vec3 d = p_level_m - sensor_level_m_;
     const double range_m = d.head<2>().norm();
     if (!(range_m >= kNearest_m) || !(range_m < 1e4) || !(std::abs(d.z()) < 1e4)) return;
     // Beyond the grid's range only the direction is used: one last step holds all.
     const auto step = std::min(static_cast<std::size_t>(range_m / kBin_m), steps_ - 1);
     const std::size_t wedge = part_of(turn_of(d.x(), d.y()), kWedges);
     samples_.push_back({static_cast<float>(d.x()), static_cast<float>(d.y()),
-                        static_cast<float>(p_level_m.z() + below_m), static_cast<float>(range_m),
+                        static_cast<float>(range_m), static_cast<float>(above_plane(p_level_m)),
                         static_cast<std::uint32_t>(wedge * steps_ + step)});
   }
 
@@ -68,6 +74,10 @@ class Outliner {
   }
 
  private:
+  [[nodiscard]] double above_plane(const Vec3& p_level_m) const {
+    return p_level_m.z() + below_m_ - rise_level_.dot(p_level_m.head<2>());
+  }
+
   /// A stable counting sort: the order of the points has no other effect.
   void sort_into_bins() {
     begin_.assign(kWedges * steps_ + 1, 0);
@@ -78,13 +88,22 @@ class Outliner {
     for (const Sample& s : samples_) sorted_[next[s.bin]++] = s;
   }
 
-  struct Ground {
+  struct Grown {
     double range_m = kPatch_m;
     double z_m = 0.0;
   };
 
+  /// Slopes that may be ground in this wedge, relative to the plane on which the vehicle stands.
+  [[nodiscard]] std::pair<double, double> slopes_of(std::size_t wedge) const {
+    const double turn = (static_cast<double>(wedge) + 0.5) / static_cast<double>(kWedges) - 0.5;
+    const double yaw_rad = 2.0 * std::numbers::pi * turn;
+    const double here = rise_level_.dot(Vec2(std::cos(yaw_rad), std::sin(yaw_rad)));
+    return {std::min(-tan_slope_ - here, -kSlopeNoise), std::max(tan_slope_ - here, kSlopeNoise)};
+  }
+
   void grow(std::size_t wedge, ScanOutline& out) {
-    Ground ground;
+    const auto [falls, rises] = slopes_of(wedge);
+    Grown ground;
     for (std::size_t step = 0; step < steps_; ++step) {
       const std::size_t bin = wedge * steps_ + step;
       const std::size_t begin = begin_[bin], end = begin_[bin + 1];
@@ -93,7 +112,7 @@ class Outliner {
       const double range_m = static_cast<double>(sorted_[begin].range_m);
       const double run_m = std::max(range_m - ground.range_m, 0.5 * kBin_m);
       const double rise_m = low_m - ground.z_m;
-      const bool slopes = std::abs(rise_m) <= tan_slope_ * run_m + kNoise_m;
+      const bool slopes = rise_m <= rises * run_m + kNoise_m && rise_m >= falls * run_m - kNoise_m;
       const bool flat = is_flat(begin, end, low_m);
       const bool far = run_m > kGap_m && rise_m > settings_.step_m;
       // A ramp, or one ring on a wall: undecided until seen from nearer.
@@ -101,11 +120,12 @@ class Outliner {
       const bool is_ground = slopes && (flat || rise_m <= kLevel_m) && step + 1 < steps_;
       if (is_ground) ground = {range_m, low_m};
       if (!slopes && -rise_m > settings_.drop_m) mark_drop(begin, ground.z_m - low_m, range_m, out);
-      const double floor_m = is_ground ? settings_.band_low_m : settings_.step_m;
+      const double floor_m =
+          is_ground ? settings_.low_m : std::min(settings_.step_m, settings_.low_m);
       for (std::size_t i = begin; i < end; ++i) {
         const double height_m = static_cast<double>(sorted_[i].z_m) - ground.z_m;
         look_along(sorted_[i], height_m);
-        if (height_m >= std::min(floor_m, settings_.band_low_m) && height_m <= top_m_) {
+        if (height_m >= floor_m && height_m <= settings_.high_m) {
           mark(sorted_[i].x_m, sorted_[i].y_m, static_cast<double>(sorted_[i].range_m), out);
         }
       }
@@ -125,7 +145,7 @@ class Outliner {
   [[nodiscard]] bool is_flat(std::size_t begin, std::size_t end, double low_m) const {
     for (std::size_t i = begin; i < end; ++i) {
       const double above_m = static_cast<double>(sorted_[i].z_m) - low_m;
-      if (above_m > settings_.step_m && above_m <= top_m_) return false;
+      if (above_m > settings_.step_m && above_m <= settings_.high_m) return false;
     }
     return true;
   }
@@ -138,17 +158,20 @@ class Outliner {
     mark(sorted_[at].x_m * s, sorted_[at].y_m * s, range_m * fraction, out);
   }
 
-  /// How far a ray stays in the band on its way to the floor, a wall or the ceiling: straight ahead
-  /// in a long corridor no ray ends within the band.
+  /// Which part of a ray is in the band on its way to the floor, a wall or the ceiling: straight
+  /// ahead in a long corridor no ray ends within the band.
   void look_along(const Sample& s, double end_height_m) {
-    const double start_m = sensor_height_m_, low_m = settings_.band_low_m;
-    if (start_m < low_m || start_m > top_m_) return;
-    double fraction = 1.0;
-    if (end_height_m < low_m) fraction = (start_m - low_m) / (start_m - end_height_m);
-    if (end_height_m > top_m_) fraction = (top_m_ - start_m) / (end_height_m - start_m);
+    const double start_m = sensor_height_m_, way_m = end_height_m - start_m;
+    const double low = (settings_.low_m - start_m) / way_m;
+    const double high = (settings_.high_m - start_m) / way_m;
+    // A level ray divides by zero: both are infinite, of the same sign if it is outside the band.
+    const double from = std::max(0.0, std::min(low, high));
+    const double to = std::min(1.0, std::max(low, high));
+    if (!(from < to)) return;
     const double turn = turn_of(static_cast<double>(s.x_m), static_cast<double>(s.y_m));
-    float& open_m = open_m_[part_of(turn, ScanOutline::kSectors)];
-    open_m = std::max(open_m, static_cast<float>(fraction) * s.range_m);
+    const std::size_t sector = part_of(turn, ScanOutline::kSectors);
+    open_m_[sector] = std::max(open_m_[sector], static_cast<float>(to) * s.range_m);
+    enters_m_[sector] = std::min(enters_m_[sector], static_cast<float>(from) * s.range_m);
   }
 
   void mark(float x_m, float y_m, double range_m, ScanOutline& out) {
@@ -168,6 +191,9 @@ class Outliner {
 
   void fill_free(ScanOutline& out) const {
     const auto reach = static_cast<float>(settings_.range_m);
+    const bool is_in_band =
+        sensor_height_m_ >= settings_.low_m && sensor_height_m_ <= settings_.high_m;
+    if (!is_in_band) out.from_m.assign(enters_m_.begin(), enters_m_.end());
     std::vector<std::size_t> rays;
     for (std::size_t s = 0; s < ScanOutline::kSectors; ++s) {
       if (!(open_m_[s] > 0.0F) && !std::isfinite(nearest_m_[s])) continue;
@@ -184,18 +210,25 @@ class Outliner {
       const float free_m =
           std::min({out.free_m[from], out.free_m[to], static_cast<float>(sight_m)});
       for (std::size_t s = 1; s < gap; ++s) {
-        out.free_m[(from + s) % ScanOutline::kSectors] = free_m;
+        const std::size_t between = (from + s) % ScanOutline::kSectors;
+        out.free_m[between] = free_m;
+        if (!is_in_band) out.from_m[between] = std::max(enters_m_[from], enters_m_[to]);
       }
     }
   }
 
-  const ExploreSettings& settings_;
-  double top_m_, tan_slope_, sensor_height_m_;
+  const OutlineSettings& settings_;
+  double tan_slope_;
+  Vec3 sensor_level_m_;
+  double below_m_;
+  Vec2 rise_level_;
+  double sensor_height_m_;
   std::size_t steps_, side_;
   std::vector<std::uint8_t> is_hit_;
   std::array<float, ScanOutline::kSectors> nearest_m_{};  ///< obstacle
   std::array<float, ScanOutline::kSectors> open_m_{};     ///< farthest distance at which a ray was
                                                           ///< in the band
+  std::array<float, ScanOutline::kSectors> enters_m_{};   ///< nearest distance at which one was
   std::vector<Sample> samples_, sorted_;
   std::vector<std::uint32_t> begin_;
   std::vector<float> heights_;
@@ -207,18 +240,19 @@ double yaw_of(const geometry::SE3& T_map_body) {
   return std::atan2(T_map_body.R(1, 0), T_map_body.R(0, 0));
 }
 
-ScanOutline outline_of(const KeyframeView& keyframe, double below_m,
-                       const ExploreSettings& settings) {
+ScanOutline outline_of(const KeyframeView& keyframe, const Ground& ground,
+                       const OutlineSettings& settings) {
   ScanOutline out;
-  const double yaw = yaw_of(keyframe.T_map_body);
-  const geometry::Mat3 R_level_body =
-      geometry::rotation_from_rpy(0.0, 0.0, -yaw) * keyframe.T_map_body.R;
+  const geometry::Mat3 R_level_map =
+      geometry::rotation_from_rpy(0.0, 0.0, -yaw_of(keyframe.T_map_body));
+  const geometry::Mat3 R_level_body = R_level_map * keyframe.T_map_body.R;
   const Vec3 sensor = R_level_body * keyframe.T_body_lidar.p;
   out.sensor_level_m = sensor.head<2>();
-  Outliner outliner(settings, sensor.z() + below_m);
+  const Vec2 rise_level = R_level_map.topLeftCorner<2, 2>() * ground.rise_map;
+  Outliner outliner(settings, sensor, ground.below_body_m, rise_level);
   for (std::size_t i = 0; i < keyframe.size(); ++i) {
     const Vec3 p = R_level_body * keyframe.point_body(i);
-    if (p.allFinite()) outliner.collect(p, sensor, below_m);
+    if (p.allFinite()) outliner.collect(p);
   }
   outliner.judge(out);
   return out;
