@@ -23,31 +23,60 @@ std::function<bool(double)> MapRun::progress_of(const std::string& vehicle,
 }
 
 /// Opens a vehicle's source once more, with what was found.
-Status MapRun::open_again(std::size_t index, const VehicleJob& job) {
+Status MapRun::open_again(std::size_t index, VehicleJob job) {
+  job.input.turning_follows = false;
   Result<std::unique_ptr<ReportedSource>> source = open_events(job);
   if (!source) return tl::make_unexpected(source.error());
   sources_[index] = std::move(*source);
   return {};
 }
 
-/// Estimates the requested time offsets, for all vehicles in parallel.
-Status MapRun::find_time_offsets() {
+namespace {
+
+/// R_imu_lidar as given or assumed: what the ground proposed in place of nothing is no assumption.
+geometry::Mat3 assumed_rotation(const InputReport& input) {
+  const bool given =
+      input.T_body_lidar_origin != "ground" && input.T_body_lidar_origin != "assumed zero";
+  const geometry::Mat3 R_imu_body = input.T_body_imu.R.transpose();
+  return given ? geometry::Mat3(R_imu_body * input.T_body_lidar.R) : R_imu_body;
+}
+
+}  // namespace
+
+/// Estimates the requested time offsets and judges the mountings by the turning of LiDAR and IMU,
+/// for all vehicles in parallel.
+Status MapRun::study_turning() {
   std::vector<std::size_t> asked;
   for (std::size_t i = 0; i < sources_.size() && !job_.facts; ++i) {
-    if (job_.vehicles[i].find_time_offset && sources_[i]->report().has_imu) asked.push_back(i);
+    const InputReport& input = sources_[i]->report();
+    const bool wanted = job_.vehicles[i].find_time_offset || input.mounting_in_question;
+    if (wanted && input.has_imu) asked.push_back(i);
   }
   std::vector<VehicleJob> jobs;
   jobs.reserve(asked.size());
   for (const std::size_t i : asked) jobs.push_back(member_job(job_, i, ranges_));
   executor_->for_blocks(asked.size(), 1, [&](std::size_t k, std::size_t, std::size_t) {
-    jobs[k].input.lidar_time_offset = estimate_time_offset(
-        jobs[k], *executor_, threads_ > 1, progress_of(jobs[k].input.vehicle, "time offset"));
+    InputOptions& input = jobs[k].input;
+    const Turning turning =
+        study_turning_of(jobs[k], assumed_rotation(sources_[asked[k]]->report()), *executor_,
+                         threads_ > 1, progress_of(input.vehicle, "time offset"));
+    if (jobs[k].find_time_offset) input.lidar_time_offset = turning.offset;
+    input.mounting = turning.mounting;
   });
   for (std::size_t k = 0; k < asked.size(); ++k) {
     if (Status s = open_again(asked[k], jobs[k]); !s) return s;
+    if (!jobs[k].find_time_offset) continue;
     report(time_offset_finding(jobs[k].input.lidar_time_offset, sources_[asked[k]]->report()));
   }
   return {};
+}
+
+/// A vehicle's job with what its turning has shown.
+VehicleJob MapRun::found_so_far(std::size_t index) const {
+  VehicleJob job = member_job(job_, index, ranges_);
+  job.input.lidar_time_offset = sources_[index]->report().lidar_time_offset;
+  job.input.mounting = sources_[index]->report().mounting;
+  return job;
 }
 
 /// What each vehicle's clock needs, as far as it is known by now.
@@ -67,8 +96,7 @@ std::vector<double> MapRun::clock_offsets_s() const {
 std::vector<ClockOffset> MapRun::estimate_clock_offsets() {
   std::vector<ClockPass> passes(job_.vehicles.size());
   executor_->for_blocks(passes.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
-    VehicleJob job = member_job(job_, i, ranges_);
-    job.input.lidar_time_offset = sources_[i]->report().lidar_time_offset;
+    VehicleJob job = found_so_far(i);
     passes[i] = play_for_clock(job, *executor_, threads_ > 1,
                                progress_of(job.input.vehicle, "clock offset"));
     passes[i].evidence.known = job_.vehicles[i].clock_offset_given;
@@ -89,8 +117,7 @@ Status MapRun::find_clock_offsets() {
   const std::vector<ClockOffset> offsets = estimate_clock_offsets();
   for (std::size_t i = 1; i < sources_.size(); ++i) {
     if (job_.vehicles[i].clock_offset_given) continue;
-    VehicleJob job = member_job(job_, i, ranges_);
-    job.input.lidar_time_offset = sources_[i]->report().lidar_time_offset;
+    VehicleJob job = found_so_far(i);
     job.input.clock_offset = offsets[i];
     if (Status status = open_again(i, job); !status) return status;
     report(

@@ -170,7 +170,7 @@ Result<MapSummary> MapRun::run() {
 Result<MapSummary> MapRun::run_in_folder() {
   log_.stage("open");
   for (const Finding& f : range_list_.findings) report(f);
-  Status status = find_time_offsets();
+  Status status = study_turning();
   log_.stage("time offset");
   if (status && job_.find_clock_offsets && !job_.facts) {
     status = find_clock_offsets();

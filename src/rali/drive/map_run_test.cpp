@@ -137,5 +137,22 @@ TEST(MapRun, trajectory_is_that_of_the_configured_point) {
   EXPECT_NEAR(body->poses.front().T.p.z(), 0.0, 0.05);
 }
 
+TEST(MapRun, the_mounting_of_a_tilted_lidar_is_found_by_its_turning) {
+  const io::TestFolder folder;
+  test::HallRecording recording;
+  recording.R_body_lidar = geometry::rotation_from_rpy(0.0, 0.4, 0.0);
+  MapJob job = faulty_job(folder);
+  job.vehicles.front().inputs = {recording.write(folder.path("tilted.bag"))};
+  job.settings_text = {};
+  SilentSink sink;
+  const std::atomic<bool> stop{false};
+  const auto summary = run_map(job, sink, stop);
+  ASSERT_TRUE(summary) << summary.error().message();
+  const InputReport& input = summary->vehicles.front().input;
+  EXPECT_EQ(input.T_body_lidar_origin, "turning");
+  const geometry::Mat3 off = input.T_body_lidar.R.transpose() * recording.R_body_lidar;
+  EXPECT_LT(geometry::so3_log(off).norm(), 0.03);
+}
+
 }  // namespace
 }  // namespace rali::drive

@@ -15,6 +15,7 @@ VehicleJob member_job(const MapJob& job, std::size_t index,
                       const std::shared_ptr<const RangeOptions>& ranges) {
   VehicleJob member = job.vehicles[index];
   member.input.strict |= job.strict;
+  member.input.turning_follows = !job.facts;
   member.input.self = VehicleId{static_cast<std::uint16_t>(index)};
   member.input.ranges = ranges;
   return member;

@@ -12,6 +12,7 @@ namespace rali::drive {
 namespace {
 
 constexpr double kUprightDeg = 15.0;
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 Finding origin_finding(const InputReport& report, Severity severity, std::string text) {
   Finding f;
@@ -94,16 +95,18 @@ Status from_tf(const InputOptions& options, const TfTree& tf, InputReport& repor
                           lidar_frame));
 }
 
-/// Turns an assumed T_body_lidar upright if it clearly contradicts the ground.
+/// Turns an assumed T_body_lidar upright if it clearly contradicts a large ground.
 void upright_by_ground(std::span<const PlaneDirection> planes, const geometry::Vec3& up_body,
                        InputReport& report) {
   const std::optional<double> tilt = ground_tilt_rad(planes, report.T_body_lidar.R, up_body);
-  if (!tilt || *tilt * 180.0 / std::numbers::pi <= kUprightDeg) return;
+  const std::vector<PlaneDirection> grounds =
+      ground_candidates(planes, report.T_body_lidar.R, up_body);
+  if (grounds.empty() || *tilt * kDegPerRad <= kUprightDeg) return;
   // The nearest large plane under the assumed rotation is taken as the ground: of all upright
   // orientations, this needs the smallest rotation.
   geometry::Vec3 ground_body = up_body;
   double best = -2.0;
-  for (const PlaneDirection& plane : planes) {
+  for (const PlaneDirection& plane : grounds) {
     const geometry::Vec3 n_body = report.T_body_lidar.R * plane.n_lidar;
     if (n_body.dot(up_body) <= best) continue;
     best = n_body.dot(up_body);
@@ -111,6 +114,29 @@ void upright_by_ground(std::span<const PlaneDirection> planes, const geometry::V
   }
   report.T_body_lidar.R = geometry::rotation_between(ground_body, up_body) * report.T_body_lidar.R;
   report.T_body_lidar_origin = "ground";
+}
+
+/// A rotation that the user or the recording has given, and under which LiDAR and IMU turn
+/// differently.
+Status turning_contradicts(const InputOptions& options, InputReport& report) {
+  const MountingByTurning& turning = options.mounting;
+  const geometry::Vec3 rpy_deg =
+      kDegPerRad * geometry::rpy_from_rotation(report.T_body_imu.R * turning.R_imu_lidar);
+  const std::string text = fmt::format(
+      "T_body_lidar ({}) does not fit the turning of LiDAR and IMU: {:.0f} deg off, rpy_deg: "
+      "[{:.1f}, {:.1f}, {:.1f}] fits to {:.0f} deg",
+      report.T_body_lidar_origin, kDegPerRad * turning.assumed_misfit_rad, rpy_deg.x(), rpy_deg.y(),
+      rpy_deg.z(), kDegPerRad * turning.misfit_rad);
+  const std::string remedy = "See `rali doctor`.";
+  if (options.extrinsics == ExtrinsicsCheck::kError) {
+    return fail(ErrorCode::kInput, fmt::format("vehicles.{}.lidar.T_body_lidar", options.vehicle),
+                text, remedy + " (--set checks.extrinsics=warn goes on.)");
+  }
+  Finding f = origin_finding(report, Severity::kWarning, text);
+  f.remedy = remedy;
+  f.value = kDegPerRad * turning.assumed_misfit_rad;
+  report.findings.push_back(std::move(f));
+  return {};
 }
 
 void report_what_was_assumed(const InputOptions& options, InputReport& report) {
@@ -127,6 +153,33 @@ void report_what_was_assumed(const InputOptions& options, InputReport& report) {
     f.remedy = fmt::format("Give vehicles.{}.lidar.T_body_lidar.", options.vehicle);
   }
   report.findings.push_back(std::move(f));
+}
+
+/// By the turning of both sensors if it decides, else by gravity and the ground.
+Status judge_rotation(const InputOptions& options, std::span<const sensor::LidarScan> scans,
+                      std::span<const sensor::ImuSample> imu, const ImuUnits& units,
+                      InputReport& report) {
+  const bool assumed = report.T_body_lidar_origin == "assumed zero";
+  report.mounting = options.mounting;
+  report.mounting_in_question = assumed && report.has_imu;
+  if (options.mounting.verdict == MountingVerdict::kAgrees) return {};
+  if (options.mounting.verdict == MountingVerdict::kContradicts) {
+    if (!assumed) return turning_contradicts(options, report);
+    report.T_body_lidar.R = report.T_body_imu.R * options.mounting.R_imu_lidar;
+    report.T_body_lidar_origin = "turning";
+    return {};
+  }
+  const ImuStretch rest = quietest_stretch(imu);
+  if (!rest.at_rest || scans.empty()) return {};
+  const geometry::Vec3 up_body =
+      (report.T_body_imu.R * (units.accel_scale * rest.accel_mean)).normalized();
+  const std::vector<PlaneDirection> planes = plane_directions(scans);
+  if (assumed) upright_by_ground(planes, up_body, report);
+  Result<FindingList> checked = check_extrinsics(planes, report.T_body_lidar.R, up_body, options);
+  if (!checked) return tl::make_unexpected(checked.error());
+  report.mounting_in_question = report.mounting_in_question || !checked->empty();
+  for (Finding& f : *checked) report.findings.push_back(std::move(f));
+  return {};
 }
 
 }  // namespace
@@ -148,15 +201,8 @@ Status decide_extrinsics(const InputOptions& options, const TfTree& tf,
       report.T_body_lidar_origin = "maker";
     }
   }
-  const ImuStretch rest = quietest_stretch(imu);
-  if (rest.at_rest && !scans.empty() && options.extrinsics != ExtrinsicsCheck::kOff) {
-    const geometry::Vec3 up_body =
-        (report.T_body_imu.R * (units.accel_scale * rest.accel_mean)).normalized();
-    const std::vector<PlaneDirection> planes = plane_directions(scans);
-    if (report.T_body_lidar_origin == "assumed zero") upright_by_ground(planes, up_body, report);
-    Result<FindingList> checked = check_extrinsics(planes, report.T_body_lidar.R, up_body, options);
-    if (!checked) return tl::make_unexpected(checked.error());
-    for (Finding& f : *checked) report.findings.push_back(std::move(f));
+  if (options.extrinsics != ExtrinsicsCheck::kOff) {
+    if (Status status = judge_rotation(options, scans, imu, units, report); !status) return status;
   }
   report_what_was_assumed(options, report);
   return {};

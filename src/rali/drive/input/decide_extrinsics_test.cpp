@@ -1,3 +1,6 @@
+#include <cmath>
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include "rali/drive/input/recording_probe.hpp"
@@ -77,6 +80,118 @@ TEST(DecideExtrinsics, without_an_imu_from_tf_takes_the_lidar_pose_in_the_body) 
   lost.has_imu = false;
   lost.imu_frame.clear();
   EXPECT_FALSE(decide_extrinsics(options, vehicle_tree("gimbal"), {}, {}, {}, lost));
+}
+
+constexpr double kDeg = std::numbers::pi / 180.0;
+
+/// Points of a plane through `middle` spanned by u and v, seen by a LiDAR that is turned by
+/// R_body_lidar.
+void add_plane(const Vec3& middle, const Vec3& u, const Vec3& v, const geometry::Mat3& R_body_lidar,
+               sensor::LidarScan& scan) {
+  for (double a = -1.0; a < 1.0; a += 0.015) {
+    for (double b = -1.0; b < 1.0; b += 0.015) {
+      const Vec3 p = R_body_lidar.transpose() * (middle + a * u + b * v);
+      scan.push_back(static_cast<float>(p.x()), static_cast<float>(p.y()),
+                     static_cast<float>(p.z()), 0.0F, 0.0F, 0);
+    }
+  }
+}
+
+sensor::LidarScan yard_seen(const geometry::Mat3& R_body_lidar) {
+  sensor::LidarScan scan;
+  add_plane({0.0, 0.0, -1.0}, {10.0, 0.0, 0.0}, {0.0, 10.0, 0.0}, R_body_lidar, scan);
+  return scan;
+}
+
+/// Two walls, and a little of an uneven floor.
+sensor::LidarScan passage_seen() {
+  sensor::LidarScan scan;
+  const geometry::Mat3 I = geometry::Mat3::Identity();
+  for (const double side : {-1.0, 1.0}) {
+    add_plane({0.0, 1.5 * side, 0.5}, {12.0, 0.0, 0.0}, {0.0, 0.0, 1.5}, I, scan);
+  }
+  add_plane({4.0, 0.0, -1.0}, {2.5, 0.0, 0.9}, {0.0, 0.9, 0.0}, I, scan);
+  return scan;
+}
+
+/// Of a vehicle at rest for two seconds on level ground.
+std::vector<sensor::ImuSample> at_rest() {
+  std::vector<sensor::ImuSample> samples;
+  for (int k = 0; k < 400; ++k) {
+    samples.push_back({Time::from_s(0.005 * k), Vec3::Zero(), Vec3(0.0, 0.0, 9.81)});
+  }
+  return samples;
+}
+
+Status decided(const InputOptions& options, const sensor::LidarScan& scan, InputReport& report) {
+  return decide_extrinsics(options, {}, {&scan, 1}, at_rest(), {}, report);
+}
+
+double turned_deg(const InputReport& report, const geometry::Mat3& R) {
+  return geometry::so3_log(report.T_body_lidar.R.transpose() * R).norm() / kDeg;
+}
+
+MountingByTurning turning(MountingVerdict verdict, const geometry::Mat3& R) {
+  return {verdict, R, 0.4, 0.02};
+}
+
+TEST(DecideExtrinsics, an_unknown_mounting_is_turned_upright_by_the_ground_of_a_yard) {
+  const geometry::Mat3 R = geometry::rotation_from_rpy(0.0, 25.0 * kDeg, 0.0);
+  InputReport report = report_of_frames();
+  ASSERT_TRUE(decided({}, yard_seen(R), report));
+  EXPECT_EQ(report.T_body_lidar_origin, "ground");
+  EXPECT_LT(turned_deg(report, R), 1.0);
+  EXPECT_TRUE(report.mounting_in_question);
+}
+
+TEST(DecideExtrinsics, an_unknown_mounting_is_not_turned_by_walls_without_a_floor) {
+  InputReport report = report_of_frames();
+  ASSERT_TRUE(decided({}, passage_seen(), report));
+  EXPECT_EQ(report.T_body_lidar_origin, "assumed zero");
+  EXPECT_TRUE(report.T_body_lidar.R.isIdentity());
+}
+
+TEST(DecideExtrinsics, the_turning_overrules_the_ground) {
+  const geometry::Mat3 R = geometry::rotation_from_rpy(0.0, 25.0 * kDeg, 0.0);
+  InputOptions options;
+  options.mounting = turning(MountingVerdict::kAgrees, geometry::Mat3::Identity());
+  InputReport on_slope = report_of_frames();
+  ASSERT_TRUE(decided(options, yard_seen(R), on_slope));
+  EXPECT_EQ(on_slope.T_body_lidar_origin, "assumed zero") << "the yard is a slope";
+  options.mounting = turning(MountingVerdict::kContradicts, R);
+  InputReport tilted = report_of_frames();
+  ASSERT_TRUE(decided(options, passage_seen(), tilted));
+  EXPECT_EQ(tilted.T_body_lidar_origin, "turning");
+  EXPECT_LT(turned_deg(tilted, R), 1e-6);
+}
+
+TEST(DecideExtrinsics, a_given_mounting_is_refused_if_the_sensors_turn_differently) {
+  InputOptions options;
+  options.T_body_lidar = geometry::SE3{};
+  options.mounting =
+      turning(MountingVerdict::kContradicts, geometry::rotation_from_rpy(0.0, 25.0 * kDeg, 0.0));
+  InputReport report = report_of_frames();
+  const Status refused = decided(options, yard_seen(geometry::Mat3::Identity()), report);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().what.find("rpy_deg: [0.0, 25.0, 0.0] fits"), std::string::npos)
+      << refused.error().what;
+  options.extrinsics = ExtrinsicsCheck::kWarn;
+  InputReport warned = report_of_frames();
+  ASSERT_TRUE(decided(options, yard_seen(geometry::Mat3::Identity()), warned));
+  EXPECT_EQ(warned.findings.front().severity, Severity::kWarning);
+  EXPECT_TRUE(warned.T_body_lidar.R.isIdentity()) << "what the user gives is used";
+}
+
+TEST(DecideExtrinsics, the_ground_refuses_nothing_before_the_turning_is_known) {
+  InputOptions options;
+  options.T_body_lidar = geometry::SE3{};
+  const sensor::LidarScan steep = yard_seen(geometry::rotation_from_rpy(0.0, 1.0, 0.0));
+  InputReport report = report_of_frames();
+  EXPECT_FALSE(decided(options, steep, report));
+  options.turning_follows = true;
+  InputReport asked = report_of_frames();
+  ASSERT_TRUE(decided(options, steep, asked));
+  EXPECT_TRUE(asked.mounting_in_question);
 }
 
 }  // namespace

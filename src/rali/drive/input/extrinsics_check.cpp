@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include <Eigen/Geometry>
@@ -32,6 +33,11 @@ constexpr double kFractionMin = 0.04;
 constexpr double kClusterCos = 0.966;   // 15 deg
 constexpr double kOtherWallCos = 0.87;  // 30 deg
 constexpr double kObliqueFraction = 0.15;
+/// The ground of a yard is most of what is seen, and a quarter even between walls. Below rough
+/// rock or rings that pass over the floor it may be missing, and any small plane be nearest to it.
+constexpr double kGroundFraction = 0.25;
+/// Of a plane that the given rotation shows as a wall or a ceiling: most are.
+constexpr double kUprightGroundFraction = 0.5;
 constexpr double kSectionFraction = 0.1;
 constexpr double kBentCosMin = 0.34;  // 70 deg
 constexpr double kBentCosMax = 0.94;  // 20 deg
@@ -139,10 +145,10 @@ struct Verdict {
 };
 
 /// What would fit. @param given_deg tilt of the ground with the given rotation
-Verdict what_fits(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
+Verdict what_fits(std::span<const PlaneDirection> grounds, const Mat3& R_body_lidar,
                   double given_deg, const Vec3& up_body) {
   const auto tilt_deg = [&](const Mat3& R) {
-    return ground_tilt_rad(planes, R, up_body).value_or(std::numbers::pi) * kRadToDeg;
+    return ground_tilt_rad(grounds, R, up_body).value_or(std::numbers::pi) * kRadToDeg;
   };
   const double inverse_deg = tilt_deg(R_body_lidar.transpose());
   if (inverse_deg < kFitsDeg) {
@@ -226,6 +232,23 @@ bool only_walls_seen(std::span<const PlaneDirection> planes, const Mat3& R_body_
 
 }  // namespace
 
+std::vector<PlaneDirection> ground_candidates(std::span<const PlaneDirection> planes,
+                                              const Mat3& R_body_lidar, const Vec3& up_body) {
+  std::vector<PlaneDirection> large;
+  if (only_walls_seen(planes, R_body_lidar, up_body) ||
+      passage_seen(planes, R_body_lidar, up_body)) {
+    return large;
+  }
+  const double sine_of_tilt = std::sin(kTiltMaxDeg / kRadToDeg);
+  const double cosine_of_tilt = std::cos(kTiltMaxDeg / kRadToDeg);
+  std::copy_if(planes.begin(), planes.end(), std::back_inserter(large), [&](const auto& plane) {
+    const double cosine = (R_body_lidar * plane.n_lidar).dot(up_body);
+    const bool upright = std::abs(cosine) < sine_of_tilt || cosine < -cosine_of_tilt;
+    return plane.fraction >= (upright ? kUprightGroundFraction : kGroundFraction);
+  });
+  return large;
+}
+
 std::vector<PlaneDirection> plane_directions(std::span<const sensor::LidarScan> scans) {
   const std::vector<Point> points = near_points(scans);
   std::vector<Weighted> normals;
@@ -268,15 +291,14 @@ Result<FindingList> check_extrinsics(std::span<const PlaneDirection> planes,
   const std::optional<double> tilt = ground_tilt_rad(planes, R_body_lidar, up_body);
   if (!tilt || options.extrinsics == ExtrinsicsCheck::kOff) return findings;
   const double tilt_deg = *tilt * kRadToDeg;
-  if (tilt_deg <= kTiltMaxDeg || only_walls_seen(planes, R_body_lidar, up_body) ||
-      passage_seen(planes, R_body_lidar, up_body)) {
-    return findings;
-  }
+  const std::vector<PlaneDirection> grounds = ground_candidates(planes, R_body_lidar, up_body);
+  if (tilt_deg <= kTiltMaxDeg || grounds.empty()) return findings;
   const std::string text = fmt::format(
       "T_body_lidar does not fit the data: the ground seen by the LiDAR is {:.1f} deg off level",
       tilt_deg);
-  const Verdict verdict = what_fits(planes, R_body_lidar, tilt_deg, up_body);
-  if (options.extrinsics == ExtrinsicsCheck::kError && !verdict.may_be_slope) {
+  const Verdict verdict = what_fits(grounds, R_body_lidar, tilt_deg, up_body);
+  if (options.extrinsics == ExtrinsicsCheck::kError && !options.turning_follows &&
+      !verdict.may_be_slope) {
     return fail(ErrorCode::kInput, fmt::format("vehicles.{}.lidar.T_body_lidar", options.vehicle),
                 text, verdict.remedy + " (--set checks.extrinsics=warn goes on.)");
   }

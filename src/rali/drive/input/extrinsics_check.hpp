@@ -29,12 +29,18 @@ struct PlaneDirection {
                                                     const geometry::Mat3& R_body_lidar,
                                                     const geometry::Vec3& up_body);
 
+/// Planes that may be the ground, if T_body_lidar is wrong: large ones, and those that would be
+/// walls only if they are most of what is seen. None where walls, a pipe or a vault explain that no
+/// level ground is seen.
+[[nodiscard]] std::vector<PlaneDirection> ground_candidates(std::span<const PlaneDirection> planes,
+                                                            const geometry::Mat3& R_body_lidar,
+                                                            const geometry::Vec3& up_body);
+
 /// Compares T_body_lidar with gravity and the ground, at standstill (algorithm: the ground is level
 /// to 15 deg where vehicles start; U12). A mismatch is an error (kInput) that names what would fit:
 /// the inverse, or another order of axes; with ExtrinsicsCheck::kWarn a finding D11. Up to
-/// 40 deg may be a slope unless the inverse fits: a finding, too. Where only
-/// walls are visible (a narrow corridor), or a round section without its bottom (a pipe), gravity
-/// does not constrain the axes: no complaint.
+/// 40 deg may be a slope unless the inverse fits: a finding, too. Without ground_candidates()
+/// gravity does not constrain the axes: no complaint.
 /// @param up_body unit vector against gravity in body, from the accelerometer at standstill
 [[nodiscard]] Result<FindingList> check_extrinsics(std::span<const PlaneDirection> planes,
                                                    const geometry::Mat3& R_body_lidar,

@@ -105,6 +105,23 @@ TEST(Extrinsics, are_questioned_but_not_refused_between_slopes) {
   EXPECT_EQ(verdict_on({{Vec3(0.0, 0.707, 0.707), 0.8}}), Verdict::kRefused);
 }
 
+TEST(Extrinsics, are_not_judged_by_small_planes) {
+  // A rough drift, seen by a dome: all planes are small, one of the roof is level.
+  EXPECT_EQ(verdict_on({{Vec3(0.3, -0.94, 0.15), 0.13},
+                        {Vec3(0.0, 0.04, -0.999), 0.10},
+                        {Vec3(-0.9, 0.3, 0.32), 0.09},
+                        {Vec3(-0.6, -0.5, -0.62), 0.09}}),
+            Verdict::kAccepted);
+  // The walls of an inclined passage are large, but no ground; its floor is small.
+  EXPECT_EQ(verdict_on({{Vec3(0.0, -0.99, -0.15), 0.30},
+                        {Vec3(0.0, 0.98, -0.19), 0.29},
+                        {Vec3(-0.34, 0.0, 0.94), 0.11},
+                        {Vec3(0.32, 0.0, -0.95), 0.09},
+                        {Vec3(0.2, 0.72, -0.66), 0.08},
+                        {Vec3(0.22, -0.68, -0.7), 0.08}}),
+            Verdict::kAccepted);
+}
+
 TEST(Extrinsics, are_accepted_in_a_pipe_without_visible_floor) {
   // Sixteen level rings in a pipe of 1.6 m: its sides, and what is beside the floor and the top.
   const std::vector<PlaneDirection> pipe = {{Vec3(0.0, 1.0, -0.03), 0.23},
@@ -145,7 +162,7 @@ TEST(Extrinsics, are_accepted_in_a_vaulted_tunnel_without_visible_floor) {
   for (const Vec3& rpy : {Vec3(30.0, 0.0, 0.0), Vec3(0.0, 30.0, 0.0)}) {
     const Mat3 R = geometry::rotation_from_rpy(rpy.x() * kDeg, rpy.y() * kDeg, 0.0);
     std::vector<PlaneDirection> turned = vault;
-    turned.push_back({Vec3::UnitZ(), 0.2});  // the floor, farther away
+    turned.push_back({Vec3::UnitZ(), 0.3});  // the floor, farther away
     for (PlaneDirection& plane : turned) plane.n_lidar = R * plane.n_lidar;
     EXPECT_NE(verdict_on(turned), Verdict::kAccepted) << rpy;
   }

@@ -44,8 +44,9 @@ class MapRun {
   Status open_sources();
   [[nodiscard]] std::function<bool(double)> progress_of(const std::string& vehicle,
                                                         const std::string& stage);
-  Status open_again(std::size_t index, const VehicleJob& job);
-  Status find_time_offsets();
+  Status open_again(std::size_t index, VehicleJob job);
+  [[nodiscard]] VehicleJob found_so_far(std::size_t index) const;
+  Status study_turning();
   Status find_clock_offsets();
   [[nodiscard]] std::vector<ClockOffset> estimate_clock_offsets();
   void check_clocks();

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "rali/drive/offset/lidar_turning.hpp"
+#include "rali/drive/offset/mounting.hpp"
 #include "rali/drive/open_events.hpp"
 #include "rali/drive/read_ahead.hpp"
 
@@ -42,14 +43,14 @@ bool is_certain(const imu::RotationStudy& study) {
 /// Collects the rotation of both sensors while the first events pass.
 class Search {
  public:
-  Search(EventSource& events, Executor& executor, double max_s)
-      : events_(events), executor_(executor), max_s_(max_s) {}
+  Search(EventSource& events, Executor& executor, double max_s, const geometry::Mat3& assumed)
+      : events_(events), executor_(executor), max_s_(max_s), R_imu_lidar_assumed_(assumed) {}
 
-  LidarTimeOffset run(const std::function<bool(double)>& go_on) {
+  Turning run(const std::function<bool(double)>& go_on) {
     double next_answer_s = kFirst_s;
     while (imu_.size() < kImuMax) {
       if (!go_on(std::clamp(looked_at_s() / max_s_, 0.0, 1.0))) {
-        return {0.0, {}, {}, "not estimated: the run was stopped"};
+        return {{0.0, {}, {}, "not estimated: the run was stopped"}, {}};
       }
       const auto event = events_.next();
       if (!event || !*event) break;
@@ -57,21 +58,27 @@ class Search {
       if (looked_at_s() < next_answer_s) continue;
       next_answer_s += kStep_s;
       const imu::RotationStudy study = imu::study_rotations(lidar_.turns(), imu_);
-      if (is_certain(study)) return judge_time_offset(study, looked_at_s());
+      if (is_certain(study)) return judged(study);
       const double lost_ratio =
           static_cast<double>(lidar_.lost()) / static_cast<double>(lidar_.scans());
       if (lost_ratio > kLostMax_ratio) {
-        return {0.0,
-                {},
-                {},
-                fmt::format("not estimated: LiDAR alone lost track in {:.0f} % of the scans",
-                            100.0 * lost_ratio)};
+        return {{0.0,
+                 {},
+                 {},
+                 fmt::format("not estimated: LiDAR alone lost track in {:.0f} % of the scans",
+                             100.0 * lost_ratio)},
+                {}};
       }
     }
-    return judge_time_offset(imu::study_rotations(lidar_.turns(), imu_), looked_at_s());
+    return judged(imu::study_rotations(lidar_.turns(), imu_));
   }
 
  private:
+  [[nodiscard]] Turning judged(const imu::RotationStudy& study) const {
+    return {judge_time_offset(study, looked_at_s()),
+            judge_mounting(R_imu_lidar_assumed_, lidar_.turns(), imu_, study)};
+  }
+
   void take(const vehicle::Event& event) {
     if (const auto* sample = std::get_if<sensor::ImuSample>(&event)) {
       imu_.push_back(*sample);
@@ -94,6 +101,7 @@ class Search {
   EventSource& events_;
   Executor& executor_;
   double max_s_;
+  geometry::Mat3 R_imu_lidar_assumed_;
   LidarTurning lidar_{turning_settings()};
   std::vector<sensor::ImuSample> imu_;
   std::optional<Time> t_first_;
@@ -127,18 +135,19 @@ LidarTimeOffset judge_time_offset(const imu::RotationStudy& study, double looked
   return out;
 }
 
-LidarTimeOffset estimate_time_offset(const VehicleJob& job, Executor& executor, bool read_ahead,
-                                     const std::function<bool(double fraction)>& go_on) {
+Turning study_turning_of(const VehicleJob& job, const geometry::Mat3& R_imu_lidar_assumed,
+                         Executor& executor, bool read_ahead,
+                         const std::function<bool(double fraction)>& go_on) {
   VehicleJob beginning = job;
   beginning.input.lidar_time_offset = {};
   beginning.input.extrinsics = ExtrinsicsCheck::kOff;  // the rotation study needs no extrinsics
   double& duration_s = beginning.input.duration_s;
   duration_s = duration_s > 0.0 ? std::min(duration_s, kMax_s) : kMax_s;
   const auto source = open_events(beginning);
-  if (!source) return {0.0, {}, {}, "not estimated: the input cannot be read"};
-  if (!read_ahead) return Search(**source, executor, duration_s).run(go_on);
+  if (!source) return {{0.0, {}, {}, "not estimated: the input cannot be read"}, {}};
+  if (!read_ahead) return Search(**source, executor, duration_s, R_imu_lidar_assumed).run(go_on);
   ReadAhead ahead(**source);
-  return Search(ahead, executor, duration_s).run(go_on);
+  return Search(ahead, executor, duration_s, R_imu_lidar_assumed).run(go_on);
 }
 
 Finding time_offset_finding(const LidarTimeOffset& offset, const InputReport& report) {

@@ -20,13 +20,21 @@ namespace rali::drive {
 inline constexpr double kOffsetMin_s = 0.010;
 inline constexpr double kOffsetSigmaMax_s = 0.010;
 
-/// `lidar.time_offset_s: auto`: plays the start of a vehicle's input, compares the rotation of a
-/// LiDAR odometry with the gyro's and decides on the offset. Ends as soon as the result is certain,
-/// at the latest after 60 s of data. Unreadable data end it too; the run itself reports them.
+/// What the turning of LiDAR and IMU says of their clocks and of the rotation between them.
+struct Turning {
+  LidarTimeOffset offset;
+  MountingByTurning mounting;
+};
+
+/// Plays the start of a vehicle's input and compares the rotation of a LiDAR odometry with the
+/// gyro's. Ends as soon as the offset is certain, at the latest after 60 s of data. Unreadable data
+/// end it too; the run itself reports them.
+/// @param R_imu_lidar_assumed that is judged
 /// @param go_on receives the fraction of the data processed (0..1); false ends the search
-[[nodiscard]] LidarTimeOffset estimate_time_offset(
-    const VehicleJob& job, Executor& executor, bool read_ahead,
-    const std::function<bool(double fraction)>& go_on);
+[[nodiscard]] Turning study_turning_of(const VehicleJob& job,
+                                       const geometry::Mat3& R_imu_lidar_assumed,
+                                       Executor& executor, bool read_ahead,
+                                       const std::function<bool(double fraction)>& go_on);
 
 /// D12, for the summary and run.log.
 [[nodiscard]] Finding time_offset_finding(const LidarTimeOffset& offset, const InputReport& report);

@@ -47,6 +47,8 @@ TEST(TimeOffset, reports_why_it_was_not_estimated) {
   EXPECT_NE(at_border.origin.find("0.3 s"), std::string::npos);
 }
 
+const geometry::Mat3 kAligned = geometry::Mat3::Identity();
+
 VehicleJob job_of(const std::string& path) {
   VehicleJob job;
   job.inputs = {path};
@@ -64,17 +66,17 @@ TEST(TimeOffset, is_estimated_for_a_lidar_that_is_40_ms_early) {
   SerialExecutor serial;
   double seen = 0.0;
   const LidarTimeOffset offset =
-      estimate_time_offset(job_of(path), serial, false, [&](double fraction) {
+      study_turning_of(job_of(path), kAligned, serial, false, [&](double fraction) {
         seen = fraction;
         return true;
-      });
+      }).offset;
   EXPECT_NEAR(offset.value_s, 0.040, 0.003) << offset.origin;
   ASSERT_TRUE(offset.sigma_s.has_value());
   EXPECT_LT(*offset.sigma_s, 0.008) << "eight seconds of turning";
   EXPECT_LT(std::abs(offset.value_s - 0.040), *offset.sigma_s);
   EXPECT_GT(seen, 0.1);
   const LidarTimeOffset again =
-      estimate_time_offset(job_of(path), serial, true, [](double) { return true; });
+      study_turning_of(job_of(path), kAligned, serial, true, [](double) { return true; }).offset;
   EXPECT_EQ(again.estimate_s, offset.estimate_s) << "reading ahead must not change a bit";
 }
 
@@ -86,11 +88,15 @@ TEST(TimeOffset, is_not_estimated_if_stopped_or_the_recording_is_unreadable) {
   SerialExecutor serial;
   int asked = 0;
   const LidarTimeOffset stopped =
-      estimate_time_offset(job_of(path), serial, false, [&](double) { return ++asked < 5; });
+      study_turning_of(job_of(path), kAligned, serial, false, [&](double) {
+        return ++asked < 5;
+      }).offset;
   EXPECT_EQ(asked, 5);
   EXPECT_NE(stopped.origin.find("stopped"), std::string::npos);
-  const LidarTimeOffset none = estimate_time_offset(job_of(folder.path("none.bag")), serial, false,
-                                                    [](double) { return true; });
+  const LidarTimeOffset none =
+      study_turning_of(job_of(folder.path("none.bag")), kAligned, serial, false, [](double) {
+        return true;
+      }).offset;
   EXPECT_EQ(none.value_s, 0.0);
   EXPECT_NE(none.origin.find("cannot be read"), std::string::npos);
 }
