@@ -24,6 +24,9 @@ constexpr double kObstructed_m = 3.0;
 /// that is too long may have been measured through a wall, which happens to two in five: it says
 /// little. None is too short for that reason.
 constexpr double kBound_sigma = 5.0, kBoundLonger_sigma = 2.0;
+/// Of all ranges that are too long in a row: what blocks the first blocks the next, so they are one
+/// observation. It must exceed what a wrong start pose may cost.
+constexpr double kBoundRow = 60.0;
 
 Eigen::Index frame_at(std::size_t f) { return 4 * (static_cast<Eigen::Index>(f) - 1); }
 
@@ -223,18 +226,50 @@ double FrameNormal::write_row(const FrameValues& v, const RangeTerm& r, Eigen::I
   return loss.cost;
 }
 
+/// Beyond the knee of its loss. Of the present run, by number.
+bool FrameNormal::is_too_long(std::size_t k) const {
+  // The residual is whitened with the root of its weight, the cost is not.
+  return residuals_[static_cast<Eigen::Index>(k)] < 0.0 &&
+         costs_[k] > 0.25 * kBoundLonger_sigma * kBoundLonger_sigma;
+}
+
+/// Limits what ranges that are too long in a row cost together.
+/// @return what the limit takes off the cost
+double FrameNormal::limit_rows(const Run& run) {
+  double saved = 0.0;
+  for (std::size_t first = run.first; first < run.last;) {
+    std::size_t last = first;
+    double cost = 0.0;
+    for (; last < run.last && is_too_long(last - run.first); ++last)
+      cost += costs_[last - run.first];
+    if (cost > kBoundRow) {
+      const double fraction = kBoundRow / cost;
+      const auto begin = static_cast<Eigen::Index>(first - run.first);
+      const auto n = static_cast<Eigen::Index>(last - first);
+      rows_.middleCols(begin, n) *= std::sqrt(fraction);
+      residuals_.segment(begin, n) *= std::sqrt(fraction);
+      saved += cost - kBoundRow;
+    }
+    first = std::max(last, first + 1);
+  }
+  return saved;
+}
+
 /// All ranges of a pair at once: a dense product is ten times as fast as scattered single updates.
 double FrameNormal::add_run(const FrameValues& v, const Run& run) {
   const auto unknowns = static_cast<Eigen::Index>(run.at.size());
   const auto ranges = static_cast<Eigen::Index>(run.last - run.first);
   rows_.resize(unknowns, ranges);
   residuals_.resize(ranges);
+  costs_.clear();
   double cost = 0.0;
   for (Eigen::Index k = 0; k < ranges; ++k) {
     const double own = write_row(v, p_.ranges[run.first + static_cast<std::size_t>(k)], k);
     beyond_fit += std::max(0.0, own - kMaxInFit);
     cost += own;
+    costs_.push_back(own);
   }
+  if (p_.ranges[run.first].bounded) cost -= limit_rows(run);
   squares_.setZero(unknowns, unknowns);
   squares_.selfadjointView<Eigen::Lower>().rankUpdate(rows_);
   slope_.noalias() = rows_ * residuals_;

@@ -53,6 +53,8 @@ class FrameNormal {
   void set_frames(const FrameValues& v);
   double add_priors(const FrameValues& v);
   double add_run(const FrameValues& v, const Run& run);
+  [[nodiscard]] bool is_too_long(std::size_t k) const;
+  double limit_rows(const Run& run);
   double write_row(const FrameValues& v, const RangeTerm& r, Eigen::Index row);
   [[nodiscard]] geometry::Vec3 place_of(const FrameValues& v, std::size_t f,
                                         const geometry::Vec3& x,
@@ -71,6 +73,7 @@ class FrameNormal {
   std::vector<Placed> frames_;
   Eigen::MatrixXd rows_;       ///< unknowns x ranges of a run, whitened
   Eigen::VectorXd residuals_;  ///< whitened
+  std::vector<double> costs_;  ///< of the ranges of a run
   Eigen::MatrixXd squares_;    ///< rows_ rows_^T, lower half
   Eigen::VectorXd slope_;
 };
