@@ -30,6 +30,25 @@ double median(std::vector<double> values) {
 /// "v1" for the antenna "v1/rear".
 std::string vehicle_of(const std::string& name) { return name.substr(0, name.find('/')); }
 
+using Samples = std::vector<std::pair<Time, double>>;
+
+/// Ranges less those of the other direction at the same time, between its ranges before and after:
+/// a moving pair changes its distance from one to the next.
+std::vector<double> differences(const Samples& samples, const Samples& others) {
+  std::vector<double> out_m;
+  std::size_t k = 0;
+  for (const auto& [t, range_m] : samples) {
+    while (k + 1 < others.size() && others[k + 1].first <= t) ++k;
+    if (k + 1 >= others.size() || others[k].first > t) continue;
+    const double gap_s = seconds_between(others[k].first, others[k + 1].first);
+    if (gap_s > kTogether_s) continue;
+    const double fraction = seconds_between(others[k].first, t) / gap_s;
+    const double other_m = (1.0 - fraction) * others[k].second + fraction * others[k + 1].second;
+    out_m.push_back(range_m - other_m);
+  }
+  return out_m;
+}
+
 }  // namespace
 
 void RangeStudy::add(Time t, const std::string& from, const std::string& to, double range_m) {
@@ -174,14 +193,7 @@ void RangeStudy::report_directions(const Pairs& pairs, const std::string& topic,
     if (pair.first >= pair.second) continue;
     const auto back = pairs.find({pair.second, pair.first});
     if (back == pairs.end()) continue;
-    const auto& other = back->second.samples;
-    std::vector<double> differences_m;
-    std::size_t k = 0;
-    for (const auto& [t, range_m] : forth.samples) {
-      while (k + 1 < other.size() && other[k + 1].first <= t) ++k;
-      if (k >= other.size() || std::abs(seconds_between(other[k].first, t)) > kTogether_s) continue;
-      differences_m.push_back(range_m - other[k].second);
-    }
+    const std::vector<double> differences_m = differences(forth.samples, back->second.samples);
     if (differences_m.size() < 10) continue;
     const double difference_m = median(differences_m);
     const bool apart = std::abs(difference_m) > kDirections_m;

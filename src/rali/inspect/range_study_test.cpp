@@ -41,6 +41,16 @@ TEST(RangeStudy, a_0_31_m_difference_between_directions_is_reported) {
   EXPECT_TRUE(says(findings, "D15", "v1->v2 is +0.3"));
 }
 
+TEST(RangeStudy, the_motion_between_two_ranges_is_no_bias) {
+  RangeStudy study;  // two vehicles drive apart at 3 m/s: 0.15 m from one range to the next
+  for (int i = 0; i < 100; ++i) {
+    study.add(Time::from_s(i * 0.1), "v1", "v2", 5.0 + 0.3 * i);
+    study.add(Time::from_s(i * 0.1 + 0.05), "v2", "v1", 5.0 + 0.3 * i + 0.15);
+  }
+  EXPECT_TRUE(says(reported(study), "D15", "v1->v2 is +0.00 m") ||
+              says(reported(study), "D15", "v1->v2 is -0.00 m"));
+}
+
 TEST(RangeStudy, a_pair_without_ranges_is_reported) {
   RangeStudy study = both_directions(0.0);
   study.add(Time::from_s(1.0), "v2", "v3", 4.0);

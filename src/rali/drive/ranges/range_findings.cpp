@@ -41,9 +41,8 @@ std::string remedy_of(RangeReason reason) {
     case RangeReason::kLate:
       return "They must be on the clock of the recordings, see ranges.stamp.";
     case RangeReason::kNoPose:
-      return "A range needs two vehicles with data at its time, one at standstill, and its "
-             "position "
-             "(priors, or ranges where the LiDAR is not degenerate).";
+      return "A range needs two vehicles with data at its time whose places in the map are known "
+             "(priors, or ranges and scans where the LiDAR is not degenerate).";
     case RangeReason::kNotNeeded:
       return "Preset paper uses ranges at keyframes that its detector calls degenerate: see "
              "vehicle.paper_degree.deg_above and odometry.paper.keyframe_s, or take preset robust.";
