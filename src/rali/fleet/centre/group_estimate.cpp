@@ -8,8 +8,7 @@
 #include <fmt/format.h>
 
 #include "rali/fleet/centre/scan_evidence.hpp"
-#include "rali/fleet/path/level.hpp"
-#include "rali/geometry/so3.hpp"
+#include "rali/fleet/centre/start_check.hpp"
 
 namespace rali::fleet {
 
@@ -70,6 +69,7 @@ class Group {
   }
 
   void close_loops(Executor& executor);
+  void ask_starts_again();
   void report(std::size_t group, FleetEstimate& out);
 
   [[nodiscard]] SeparatorPrior separator(Time until) { return joint_.separator(until); }
@@ -100,6 +100,7 @@ class Group {
   LoopMemory& memory_;
   std::vector<LoopVerdict> loops_;
   std::vector<RejectedStart> rejected_;
+  std::vector<StartPrior> rejected_starts_;  ///< in the same order
   std::size_t closed_ = 0;
 };
 
@@ -119,19 +120,39 @@ JointGraph Group::graph_of(const GroupInput& input, std::size_t group) {
 
 /// A start pose rejected in the frame search must not bend the paths now.
 void Group::add_start(const StartPrior& start) {
-  const auto T_map_level = [this](std::size_t path) {
-    const VehiclePath& p = in_.paths[path];
-    return in_.frames.T_map_odom[path] *
-           level_start(p.nodes().front().step.T_odom_body, p.up_odom());
-  };
-  const SE3 found = T_map_level(start.relative_to).inverse() * T_map_level(start.path);
-  RejectedStart off{in_.paths[start.relative_to].vehicle(), in_.paths[start.path].vehicle()};
-  off.off_m = (found.p - start.T_relative_path.p).norm();
-  off.off_rad = geometry::so3_log(start.T_relative_path.R.transpose() * found.R).norm();
-  const double chi2 =
-      std::pow(off.off_m / start.sigma_m, 2) + std::pow(off.off_rad / start.sigma_rad, 2);
-  if (chi2 < in_.settings.init.prior.wrong_chi2) return joint_.add(start);
+  const RejectedStart off = off_start(in_.paths, start, in_.frames.T_map_odom[start.relative_to],
+                                      in_.frames.T_map_odom[start.path]);
+  if (!contradicts(start, off, in_.settings.init.prior)) return joint_.add(start);
   rejected_.push_back(off);
+  rejected_starts_.push_back(start);
+}
+
+/// The frame search knows the frames less accurately than paths, ranges and loops together: along a
+/// bare passage it may be metres off a start pose that the finished solution confirms.
+void Group::ask_starts_again() {
+  const auto T_map_odom = [this](std::size_t path) {
+    const SE3& T_odom_body = in_.paths[path].nodes().front().step.T_odom_body;
+    return joint_.T_map_body(path, 0) * T_odom_body.inverse();
+  };
+  const auto starts_now = [this](std::size_t path) { return joint_.begin(path) == 0; };
+  bool confirmed = false;
+  std::vector<RejectedStart> rejected;
+  for (std::size_t k = 0; k < rejected_.size(); ++k) {
+    const StartPrior& start = rejected_starts_[k];
+    RejectedStart off = rejected_[k];
+    if (starts_now(start.relative_to) && starts_now(start.path)) {
+      off = off_start(in_.paths, start, T_map_odom(start.relative_to), T_map_odom(start.path));
+    }
+    if (contradicts(start, off, in_.settings.init.prior)) {
+      rejected.push_back(off);
+      continue;
+    }
+    joint_.add(start);
+    confirmed = true;
+  }
+  rejected_ = std::move(rejected);
+  rejected_starts_.clear();
+  if (confirmed) joint_.solve();
 }
 
 /// From the graph's covariance, plus the error of the vehicles' own maps.
@@ -356,6 +377,7 @@ std::vector<SeparatorPrior> estimate_group(const GroupInput& input, std::size_t 
   out.frames.resize(input.paths.size());
   Group work(input, group);
   work.close_loops(executor);
+  work.ask_starts_again();
   if (input.stop.raised()) return {};
   work.report(group, out);
   std::vector<SeparatorPrior> boundaries;

@@ -1,5 +1,7 @@
 #include "rali/fleet/centre/group_estimate.hpp"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "rali/fleet/centre/pieces_for_test.hpp"
@@ -63,7 +65,13 @@ TEST(GroupEstimate, rejects_a_start_pose_10_m_off_without_shifting_the_frames) {
   ASSERT_EQ(e.rejected_starts.size(), 1U);
   EXPECT_EQ(e.rejected_starts[0].vehicle, VehicleId{2});
   EXPECT_EQ(e.rejected_starts[0].relative_to, VehicleId{1});
-  EXPECT_NEAR(e.rejected_starts[0].off_m, 10.0, 1e-9);
+  EXPECT_NEAR(e.rejected_starts[0].off_m, std::hypot(9.9, 0.1), 1e-3) << "of the solution";
+}
+
+TEST(GroupEstimate, confirms_a_start_pose_that_loops_agree_with_and_the_frame_search_did_not) {
+  const FleetEstimate e = estimate({start(-2.0, 3.0)}, {seen_at({-2.05, 3.0, 0.0}, 0, 2, 0.01)});
+  EXPECT_TRUE(e.rejected_starts.empty());
+  EXPECT_NEAR(e.frames[1].T_map_odom.p.x(), -2.05, 0.02);
 }
 
 TEST(GroupEstimate, rejects_a_start_pose_whose_heading_is_1_rad_off) {
