@@ -29,6 +29,7 @@ CLEAN = (0.0, 0.0, 0)
 ROS = "10.78.0."  # the clean network of sensors and goals; the world is .254
 VIEW_PORT = 8765
 POLL_S = 1.0
+MEMORY_EVERY_S = 300.0
 SETTLE_S = 10.0  # after the mission's end the last facts reach every disk
 SMALL_DISK_MB = 2
 CLOCK_AHEAD_S = 1  # by the fault clock_jump
@@ -126,6 +127,12 @@ class Process:
                 self._take(status, used)
         return self.code is not None
 
+    def memory_mb(self):
+        """Resident now [MB]; nsenter has become the program, so the process is the vehicle's."""
+        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()
+        kilobytes = [line.split()[1] for line in status.splitlines() if line.startswith("VmRSS")]
+        return round(int(kilobytes[0]) / 1024) if kilobytes else 0
+
     def stop(self, number=signal.SIGINT, limit_s=60):
         if self.ended():
             return
@@ -151,6 +158,7 @@ class Watch:
         self.rali, self.spaces = rali, spaces
         self.newest, self.anchors, self.errors = {}, {}, {}
         self.longest_step_s, self.latency = {}, {}
+        self.memory_mb, self.drops = {}, {}
 
     def poll(self):
         asked = {v: subprocess.Popen(["nsenter", f"--net={space}", self.rali, "status", "--json"],
@@ -173,9 +181,17 @@ class Watch:
         if "odometry" in state:
             self.latency[name] = [1e3 * state["odometry"].get(k, 0.0)
                                   for k in ("latency_p50_s", "latency_p99_s")]
+        self.drops[name] = {s["name"]: [s.get("drops", 0), s.get("gaps", 0)]
+                            for s in state.get("sensors", [])}
         for line in state.get("diagnostics", []):
             if line["level"] == "error":
                 self.errors.setdefault(f"{name} {line['name']}", line["message"])
+
+    def note_memory(self, vehicles):
+        """What each process holds now; called once in MEMORY_EVERY_S."""
+        for v, process in vehicles.items():
+            if not process.ended():
+                self.memory_mb.setdefault(f"v{v + 1}", []).append(process.memory_mb())
 
     @staticmethod
     def role(state):
@@ -255,7 +271,7 @@ class Mission:
 
     def _drive(self, world):
         """Until the mission ends. @return its duration [s]; negative: it did not end by itself"""
-        begun, events = None, list(self.events)
+        begun, events, noted_s = None, list(self.events), -MEMORY_EVERY_S
         while not world.ended():
             time.sleep(POLL_S)
             self.watch.poll()
@@ -268,6 +284,9 @@ class Mission:
             if begun is None:
                 continue
             now_s = time.monotonic() - begun
+            if now_s >= noted_s + MEMORY_EVERY_S:
+                noted_s = now_s
+                self.watch.note_memory(self.vehicles)
             while events and events[0][0] <= now_s:
                 self._do(*events.pop(0)[1:])
             if self.watch.finished() and not events:
@@ -345,6 +364,7 @@ def row(args, case, seed):
            "two_anchors": [t for t, who in mission.watch.anchors.items() if len(who) > 1],
            "traffic_kb": round(traffic_kb), "errors": mission.watch.errors,
            "longest_step_s": mission.watch.longest_step_s, "latency_ms": mission.watch.latency,
+           "memory_mb": mission.watch.memory_mb, "drops_gaps": mission.watch.drops,
            "used": {f"v{v + 1}": p.used for v, p in mission.vehicles.items()},
            "live": evaluated(args, mission.folder / "mission", fleet / "truth"),
            "recording": mapped(args, mission, "recording", [fleet / "fleet.yaml"])}
