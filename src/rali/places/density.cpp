@@ -22,7 +22,8 @@ std::vector<Mark> marks_of(const Submap& submap, double cell_m, const BandSettin
   const int half = static_cast<int>(std::ceil(band.range_m / cell_m));
   const std::size_t side = static_cast<std::size_t>(2 * half);
   std::vector<float> counts(side * side, 0.0F);
-  for (const geometry::Vec3f& p : submap.points_m()) {
+  for (std::size_t i = 0; i < submap.points(); ++i) {
+    const geometry::Vec3f p = submap.point_m(i);
     const double z = static_cast<double>(p.z());
     if (z < low_z || z > high_z) continue;
     const double x = static_cast<double>(p.x()) / cell_m + half;

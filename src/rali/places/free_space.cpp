@@ -22,7 +22,7 @@ void raise(std::uint8_t& count) {
 bool FreeSpace::lay_out(std::span<const Look> looks, const FreeSpaceSettings& s) {
   nx_ = ny_ = nz_ = 0;
   first_.setZero();
-  state_.clear();
+  packed_.clear();
   if (looks.empty()) return false;
   Vec3f low = looks.front().origin;
   Vec3f high = looks.front().origin;
@@ -78,41 +78,43 @@ void FreeSpace::trace(const Vec3& from, const Vec3& to, std::uint16_t scan, Coun
   }
 }
 
-void FreeSpace::decide(const Counts& counts, int rays_min) {
-  state_.assign(counts.hit.size(), Sight::kUnknown);
-  for (std::size_t i = 0; i < state_.size(); ++i) {
+std::vector<Sight> FreeSpace::decided(const Counts& counts, int rays_min) {
+  std::vector<Sight> state(counts.hit.size(), Sight::kUnknown);
+  for (std::size_t i = 0; i < state.size(); ++i) {
     if (counts.hit[i] != 0) {
-      state_[i] = counts.through[i] >= rays_min ? Sight::kLoose : Sight::kHit;
+      state[i] = counts.through[i] >= rays_min ? Sight::kLoose : Sight::kHit;
     } else if (counts.passed[i] >= rays_min && counts.near[i] == 0) {
-      state_[i] = Sight::kFree;
+      state[i] = Sight::kFree;
     }
   }
+  return state;
 }
 
-/// Crops the grid to its known cells: indoors, most of the box is never seen, and it was two thirds
-/// of the memory that a long mission used for submaps.
-void FreeSpace::crop() {
+/// Crops the grid to its known cells and packs them: indoors, most of the box is never seen, and
+/// the grids were two thirds of the memory that a long mission used for submaps.
+void FreeSpace::keep_known(const std::vector<Sight>& state) {
   Eigen::Vector3i low(nx_, ny_, nz_), high(0, 0, 0);
   for (int z = 0; z < nz_; ++z) {
     for (int y = 0; y < ny_; ++y) {
       for (int x = 0; x < nx_; ++x) {
-        if (state_[index(x, y, z)] == Sight::kUnknown) continue;
+        if (state[index(x, y, z)] == Sight::kUnknown) continue;
         low = low.cwiseMin(Eigen::Vector3i(x, y, z));
         high = high.cwiseMax(Eigen::Vector3i(x + 1, y + 1, z + 1));
       }
     }
   }
   const Eigen::Vector3i size = (high - low).cwiseMax(0);
-  std::vector<Sight> kept;
-  kept.reserve(static_cast<std::size_t>(size.prod()));
+  packed_.assign((static_cast<std::size_t>(size.prod()) + 3) / 4, 0);
+  std::size_t at = 0;
   for (int z = 0; z < size.z(); ++z) {
     for (int y = 0; y < size.y(); ++y) {
-      const auto row =
-          state_.begin() + static_cast<std::ptrdiff_t>(index(low.x(), low.y() + y, low.z() + z));
-      kept.insert(kept.end(), row, row + size.x());
+      const std::size_t row = index(low.x(), low.y() + y, low.z() + z);
+      for (int x = 0; x < size.x(); ++x, ++at) {
+        const auto sight = static_cast<unsigned>(state[row + static_cast<std::size_t>(x)]);
+        packed_[at / 4] = static_cast<std::uint8_t>(packed_[at / 4] | sight << 2 * (at % 4));
+      }
     }
   }
-  state_ = std::move(kept);
   first_ = low.cast<double>();
   nx_ = size.x();
   ny_ = size.y();
@@ -150,8 +152,7 @@ void FreeSpace::build(std::span<const Look> looks, const FreeSpaceSettings& s) {
       if (seen_m > 0.0) trace(o, o + (p - o) * (seen_m / length_m), scan, counts);
     }
   }
-  decide(counts, s.rays_min);
-  crop();
+  keep_known(decided(counts, s.rays_min));
 }
 
 }  // namespace rali::places

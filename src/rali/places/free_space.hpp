@@ -46,8 +46,8 @@ struct Look {
 };
 
 /// Cells that rays passed and cells in which they ended: free-space evidence that separates a place
-/// from a look-alike (algorithms_fleet 7.5). Memory: cells_max bytes, eight times that during
-/// build(); afterwards only the bounding box of the known cells is kept.
+/// from a look-alike (algorithms_fleet 7.5). Memory: nine bytes per cell during build(), a quarter
+/// of a byte afterwards, and only for the bounding box of the known cells.
 class FreeSpace {
  public:
   /// @param looks in one frame, all finite
@@ -55,10 +55,13 @@ class FreeSpace {
 
   [[nodiscard]] Sight look(const geometry::Vec3& p_m) const {
     const std::optional<std::size_t> cell = cell_of(p_m);
-    return cell ? state_[*cell] : Sight::kUnknown;
+    return cell ? state(*cell) : Sight::kUnknown;
   }
 
-  [[nodiscard]] std::size_t cells() const { return state_.size(); }
+  [[nodiscard]] std::size_t cells() const {
+    return static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) *
+           static_cast<std::size_t>(nz_);
+  }
 
  private:
   [[nodiscard]] std::size_t index(int x, int y, int z) const {
@@ -66,6 +69,10 @@ class FreeSpace {
             static_cast<std::size_t>(y)) *
                static_cast<std::size_t>(nx_) +
            static_cast<std::size_t>(x);
+  }
+
+  [[nodiscard]] Sight state(std::size_t cell) const {
+    return static_cast<Sight>(packed_[cell / 4] >> 2 * (cell % 4) & 3);
   }
 
   /// Counters per cell.
@@ -89,14 +96,14 @@ class FreeSpace {
   void mark_near(const geometry::Vec3& p, std::uint16_t scan, Counts& counts) const;
   void trace(const geometry::Vec3& from, const geometry::Vec3& to, std::uint16_t scan,
              Counts& counts) const;
-  void decide(const Counts& counts, int rays_min);
-  void crop();
+  [[nodiscard]] static std::vector<Sight> decided(const Counts& counts, int rays_min);
+  void keep_known(const std::vector<Sight>& state);
 
   geometry::Vec3 low_ = geometry::Vec3::Zero();
   double inverse_ = 1.0;
   geometry::Vec3 first_ = geometry::Vec3::Zero();  ///< integer: offset of the cropped grid in cells
   int nx_ = 0, ny_ = 0, nz_ = 0;
-  std::vector<Sight> state_;
+  std::vector<std::uint8_t> packed_;  ///< Sight of four cells each
 };
 
 }  // namespace rali::places

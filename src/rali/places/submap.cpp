@@ -50,46 +50,52 @@ geometry::Mat3 levelled(const Vec3& up_body) {
   return geometry::so3_exp(Vec3(0.0, 0.0, -std::atan2(x.y(), x.x()))) * R;
 }
 
-}  // namespace
+/// The points of all scans, one scan after the other.
+struct Gathered {
+  std::vector<Vec3f> points;
+  std::vector<Vec3f> origins;     ///< of the rays, per scan
+  std::vector<std::size_t> ends;  ///< of the points, per scan
 
-void Submap::gather(std::span<const PosedScan> scans, const SE3& T_ref_odom,
-                    const SubmapSettings& s) {
+  /// Views of this: it must outlive them.
+  [[nodiscard]] std::vector<Look> looks() const;
+};
+
+Gathered gather(std::span<const PosedScan> scans, const SE3& T_ref_odom, const SubmapSettings& s) {
+  Gathered out;
   std::size_t total = 0;
   for (const PosedScan& posed : scans) total += posed.scan.size();
   const std::size_t stride = total / static_cast<std::size_t>(s.points_max) + 1;
-  points_.reserve(total / stride + 1);
-  seen_.reserve(scans.size());
+  out.points.reserve(total / stride + 1);
   std::size_t number = 0;
   for (const PosedScan& posed : scans) {
     const SE3 T_ref_body = T_ref_odom * posed.T_odom_body;
-    Seen seen{(T_ref_body * posed.scan.T_body_lidar.p).cast<float>(), points_.size(), 0};
     for (std::size_t i = 0; i < posed.scan.size(); ++i, ++number) {
       if (number % stride != 0) continue;
       const Vec3 p = posed.scan.point_body(i);
       const double range_m = (p - posed.scan.T_body_lidar.p).norm();
       if (!(range_m < s.range_max_m)) continue;  // also NaN
-      points_.push_back((T_ref_body * p).cast<float>());
+      out.points.push_back((T_ref_body * p).cast<float>());
     }
-    seen.end = points_.size();
-    seen_.push_back(seen);
-    views_.push_back(seen.origin);
+    out.ends.push_back(out.points.size());
+    out.origins.push_back((T_ref_body * posed.scan.T_body_lidar.p).cast<float>());
   }
+  return out;
 }
 
-std::vector<Look> Submap::looks() const {
+std::vector<Look> Gathered::looks() const {
   std::vector<Look> looks;
-  looks.reserve(seen_.size());
-  for (const Seen& s : seen_) {
-    looks.push_back({s.origin, std::span(points_).subspan(s.begin, s.end - s.begin)});
+  std::size_t begin = 0;
+  for (std::size_t k = 0; k < ends.size(); ++k) {
+    looks.push_back({origins[k], std::span(points).subspan(begin, ends[k] - begin)});
+    begin = ends[k];
   }
   return looks;
 }
 
 /// Directions from the sensor to each point.
-std::vector<Vec3f> Submap::rays() const {
+std::vector<Vec3f> rays_of(std::span<const Look> looks) {
   std::vector<Vec3f> rays;
-  rays.reserve(points_.size());
-  for (const Look& look : looks()) {
+  for (const Look& look : looks) {
     for (const Vec3f& p : look.points) {
       const Vec3f d = p - look.origin;
       const float length = d.norm();
@@ -99,31 +105,51 @@ std::vector<Vec3f> Submap::rays() const {
   return rays;
 }
 
+}  // namespace
+
+/// In steps of 2 mm, or larger ones if a coordinate needs more than 16 bits.
+void Submap::keep(std::span<const Vec3f> points) {
+  constexpr float kStep_m = 0.002F, kMost = 32767.0F;
+  float farthest_m = 0.0F;
+  for (const Vec3f& p : points) farthest_m = std::max(farthest_m, p.cwiseAbs().maxCoeff());
+  step_m_ = std::max(kStep_m, farthest_m / kMost);
+  points_.reserve(points.size());
+  for (const Vec3f& p : points) {
+    Packed packed;
+    for (int k = 0; k < 3; ++k) {
+      const float steps = std::clamp(std::round(p[k] / step_m_), -kMost, kMost);
+      packed[static_cast<std::size_t>(k)] = static_cast<std::int16_t>(steps);
+    }
+    points_.push_back(packed);
+  }
+}
+
 /// One point per cube, with the plane it is on.
-void Submap::choose_checks(double spacing_m) {
+void Submap::choose_checks(std::span<const Vec3f> points, double spacing_m) {
   cloud::VoxelSampler sampler;
-  std::vector<float> x(points_.size()), y(points_.size()), z(points_.size());
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    x[i] = points_[i].x();
-    y[i] = points_[i].y();
-    z[i] = points_[i].z();
+  std::vector<float> x(points.size()), y(points.size()), z(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    x[i] = points[i].x();
+    y[i] = points[i].y();
+    z[i] = points[i].z();
   }
   std::vector<std::uint32_t> chosen;
   sampler.sample({x.data(), y.data(), z.data(), x.size()}, {}, spacing_m, chosen);
   checks_.reserve(chosen.size());
   for (const std::uint32_t i : chosen) {
     CheckPoint check;
-    check.p_m = points_[i].cast<double>();
-    check.solid = free_space_.look(check.p_m) != Sight::kLoose;
+    check.p_m = points[i];
+    const Vec3 p_m = points[i].cast<double>();
+    check.solid = free_space_.look(p_m) != Sight::kLoose;
     double best_m = 0.1;  // a point nearer to a plane than this is on it
-    plane_index_.near(check.p_m, 0.5, [&](std::uint32_t k) {
+    plane_index_.near(p_m, 0.5, [&](std::uint32_t k) {
       const Plane& plane = planes_[k];
-      const Vec3 d = check.p_m - plane.q_m;
+      const Vec3 d = p_m - plane.q_m;
       if (d.squaredNorm() > plane.radius_m * plane.radius_m) return;
       const double off_m = std::abs(plane.n.dot(d));
       if (off_m >= best_m) return;
       best_m = off_m;
-      check.n = plane.n;
+      check.n = plane.n.cast<float>();
       check.upright = plane.is_wall();
     });
     checks_.push_back(check);
@@ -162,17 +188,19 @@ Result<Submap> make_submap(std::span<const PosedScan> scans, std::size_t middle,
     out.scans_.push_back(scans[k].scan.id);
     if (k > 0) out.path_m_ += (scans[k].T_odom_body.p - scans[k - 1].T_odom_body.p).norm();
   }
-  out.gather(scans, out.T_ref_body_ * center.T_odom_body.inverse(), settings);
-  if (out.points_.empty()) return refused("no scan has a usable point");
-  out.free_space_.build(out.looks(), settings.free_space);
-  out.planes_ = planes_of(out.points_, out.rays(), settings.plane);
+  const Gathered seen = gather(scans, out.T_ref_body_ * center.T_odom_body.inverse(), settings);
+  if (seen.points.empty()) return refused("no scan has a usable point");
+  const std::vector<Look> looks = seen.looks();
+  out.views_ = seen.origins;
+  out.free_space_.build(looks, settings.free_space);
+  out.planes_ = planes_of(seen.points, rays_of(looks), settings.plane);
   std::vector<Vec3> means;
   means.reserve(out.planes_.size());
   for (const Plane& plane : out.planes_) means.push_back(plane.q_m);
   out.plane_index_.build(means, settings.plane.cell_m);
-  out.choose_checks(settings.check_m);
+  out.choose_checks(seen.points, settings.check_m);
   out.find_ground();
-  out.seen_ = {};
+  out.keep(seen.points);
   return out;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -31,10 +33,10 @@ struct SubmapSettings {
 
 /// A point that is checked against the other submap.
 struct CheckPoint {
-  geometry::Vec3 p_m;
-  geometry::Vec3 n = geometry::Vec3::Zero();  ///< of its plane, towards the sensor; or 0
-  bool upright = true;                        ///< not on a floor or ceiling
-  bool solid = true;                          ///< no scans of its own submap passed through it
+  geometry::Vec3f p_m;
+  geometry::Vec3f n = geometry::Vec3f::Zero();  ///< of its plane, towards the sensor; or 0
+  bool upright = true;                          ///< not on a floor or ceiling
+  bool solid = true;                            ///< no scans of its own submap passed through it
 };
 
 /// The scans of some metres of path as one rigid piece, in a frame `ref`: origin in the body of the
@@ -49,7 +51,13 @@ class Submap {
   /// Pose of the middle scan's body: a rotation, because the origins coincide.
   [[nodiscard]] const geometry::SE3& T_ref_body() const { return T_ref_body_; }
 
-  [[nodiscard]] std::span<const geometry::Vec3f> points_m() const { return points_; }
+  [[nodiscard]] std::size_t points() const { return points_.size(); }
+
+  /// Rounded to 2 mm where no point is farther than 65 m: a long mission keeps hundreds of submaps.
+  [[nodiscard]] geometry::Vec3f point_m(std::size_t i) const {
+    const Packed& p = points_[i];
+    return step_m_ * geometry::Vec3f(p[0], p[1], p[2]);
+  }
 
   [[nodiscard]] std::span<const Plane> planes() const { return planes_; }
 
@@ -72,24 +80,17 @@ class Submap {
  private:
   friend Result<Submap> make_submap(std::span<const PosedScan>, std::size_t, const SubmapSettings&);
 
-  /// The points of one scan, and its ray origin.
-  struct Seen {
-    geometry::Vec3f origin = geometry::Vec3f::Zero();
-    std::size_t begin = 0, end = 0;
-  };
+  using Packed = std::array<std::int16_t, 3>;
 
-  void gather(std::span<const PosedScan> scans, const geometry::SE3& T_ref_odom,
-              const SubmapSettings& settings);
-  [[nodiscard]] std::vector<Look> looks() const;
-  [[nodiscard]] std::vector<geometry::Vec3f> rays() const;
-  void choose_checks(double spacing_m);
+  void choose_checks(std::span<const geometry::Vec3f> points, double spacing_m);
   void find_ground();
+  void keep(std::span<const geometry::Vec3f> points);
 
   KeyframeId middle_;
   std::vector<KeyframeId> scans_;
   geometry::SE3 T_ref_body_;
-  std::vector<geometry::Vec3f> points_;
-  std::vector<Seen> seen_;  ///< scan by scan
+  std::vector<Packed> points_;
+  float step_m_ = 0.0F;  ///< of the packed points
   std::vector<Plane> planes_;
   GridIndex plane_index_;
   std::vector<CheckPoint> checks_;

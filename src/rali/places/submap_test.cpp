@@ -1,5 +1,6 @@
 #include "rali/places/submap.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -42,6 +43,26 @@ TEST(submap, refuses_empty_inconsistent_or_invalid_scans) {
   EXPECT_FALSE(make_submap(scans, 0, s));
 }
 
+TEST(submap, keeps_points_to_2_mm_or_coarser_if_they_are_far) {
+  for (const float far_m : {40.0F, 400.0F}) {
+    const std::vector<float> x{1.2345F, far_m, -3.3333F}, y{0.5F, 0.0F, 7.7777F}, z(3, 0.25F);
+    std::vector<PosedScan> scans(1);
+    scans[0].scan.x_m = x;
+    scans[0].scan.y_m = y;
+    scans[0].scan.z_m = z;
+    SubmapSettings s;
+    s.range_max_m = 500.0;
+    const auto map = make_submap(scans, 0, s);
+    ASSERT_TRUE(map);
+    ASSERT_EQ(map->points(), 3U);
+    const float step_m = std::max(0.002F, far_m / 32767.0F);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const geometry::Vec3f p(x[i], y[i], z[i]);
+      EXPECT_LE((map->point_m(i) - p).cwiseAbs().maxCoeff(), 0.51F * step_m) << far_m;
+    }
+  }
+}
+
 TEST(submap, drops_non_finite_and_far_points) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
@@ -52,7 +73,7 @@ TEST(submap, drops_non_finite_and_far_points) {
   scans[0].scan.z_m = z;
   const auto map = make_submap(scans, 0, SubmapSettings{});
   ASSERT_TRUE(map);
-  EXPECT_EQ(map->points_m().size(), 2U);
+  ASSERT_EQ(map->points(), 2U);
   EXPECT_TRUE(map->planes().empty());
   EXPECT_TRUE(global_hypotheses(*map, *map, HypothesisSettings{}).ridges.empty());
   EXPECT_FALSE(recognise(*map, *map, RecogniseSettings{}).found());

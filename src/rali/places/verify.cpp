@@ -17,8 +17,8 @@ enum class Answer { kAgrees, kContradicts, kDiffers, kSilent };
 /// @param T of the check's submap in the target
 Answer ask(const Submap& target, const CheckPoint& check, const SE3& T, double cos_min,
            double agree_m) {
-  const Vec3 x = T * check.p_m;
-  const Vec3 n = T.R * check.n;
+  const Vec3 x = T * check.p_m.cast<double>();
+  const Vec3 n = T.R * check.n.cast<double>();
   const bool on_plane = n.squaredNorm() > 0.0;
   bool agrees = false;
   bool near_surface = false;
@@ -80,12 +80,13 @@ Agreement agreement_along(const Submap& target, const Submap& source, const SE3&
   Agreement out;
   std::vector<double> along_m;
   for (const CheckPoint& check : source.checks()) {
-    if (std::abs((T.R * check.n).dot(axis_target)) < kFaces) continue;
+    if (std::abs((T.R * check.n.cast<double>()).dot(axis_target)) < kFaces) continue;
     const Answer answer = ask(target, check, T, cos_min, s.agree_m);
     out.asked += answer != Answer::kSilent ? 1 : 0;
     out.agree += answer == Answer::kAgrees ? 1 : 0;
     out.conflict += answer == Answer::kContradicts ? 1 : 0;
-    if (answer == Answer::kAgrees) along_m.push_back((T * check.p_m).dot(axis_target));
+    if (answer == Answer::kAgrees)
+      along_m.push_back((T * check.p_m.cast<double>()).dot(axis_target));
   }
   out.stations = stations_of(along_m);
   return out;

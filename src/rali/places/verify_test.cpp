@@ -51,7 +51,7 @@ TEST(verify, does_not_count_a_walking_persons_trail_as_a_contradiction) {
   EXPECT_LE(contradictions(trail, empty), nobody + 5);
   int in_empty_space = 0;  // of the trail: these would contradict
   for (const CheckPoint& check : trail.checks()) {
-    const bool seen_empty = empty.free_space().look(check.p_m) == Sight::kFree;
+    const bool seen_empty = empty.free_space().look(check.p_m.cast<double>()) == Sight::kFree;
     in_empty_space += check.upright && !check.solid && seen_empty ? 1 : 0;
   }
   EXPECT_GT(in_empty_space, 40);

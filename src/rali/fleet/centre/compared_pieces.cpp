@@ -47,13 +47,13 @@ places::Recognition relevelled(places::Recognition recognition, const SE3& T_tar
 
 ComparedPieces::Piece::Piece(const places::Submap& submap)
     : scans(submap.scans()),
-      points(submap.points_m().size()),
+      points(submap.points()),
       path_m(submap.path_m()),
       T_ref_body(submap.T_ref_body()) {}
 
 bool ComparedPieces::Piece::is(const places::Submap& submap) const {
   const geometry::Mat3 turn = T_ref_body.R.transpose() * submap.T_ref_body().R;
-  return scans == submap.scans() && points == submap.points_m().size() &&
+  return scans == submap.scans() && points == submap.points() &&
          std::abs(path_m - submap.path_m()) < kSamePath_m &&
          geometry::so3_log(turn).norm() < kRelevelled_rad;
 }

@@ -44,8 +44,9 @@ SightLines::SightLines(std::span<const PathSubmap> pieces, const PathFrames& fra
       planes_.push_back(plane);
     }
     places_m_.push_back(T_map_ref.p);
-    for (const geometry::Vec3f& p : piece.submap.points_m()) {
-      (void)points_.insert(map::voxel_key(T_map_ref * p.cast<double>(), kPoint_m));
+    for (std::size_t i = 0; i < piece.submap.points(); ++i) {
+      const Vec3 p_m = piece.submap.point_m(i).cast<double>();
+      (void)points_.insert(map::voxel_key(T_map_ref * p_m, kPoint_m));
     }
   }
   index_.build(middles, kCell_m);
