@@ -155,27 +155,52 @@ void report_what_was_assumed(const InputOptions& options, InputReport& report) {
   report.findings.push_back(std::move(f));
 }
 
-/// By the turning of both sensors if it decides, else by gravity and the ground.
-Status judge_rotation(const InputOptions& options, std::span<const sensor::LidarScan> scans,
-                      std::span<const sensor::ImuSample> imu, const ImuUnits& units,
-                      InputReport& report) {
+/// What the first scans show of the ground, if the vehicle stood.
+struct GroundLook {
+  std::vector<PlaneDirection> planes;  ///< empty: nothing to compare
+  geometry::Vec3 up_body = geometry::Vec3::UnitZ();
+};
+
+GroundLook look_at_ground(std::span<const sensor::LidarScan> scans,
+                          std::span<const sensor::ImuSample> imu, const ImuUnits& units,
+                          const geometry::Mat3& R_body_imu) {
+  const ImuStretch rest = quietest_stretch(imu);
+  if (!rest.at_rest || scans.empty()) return {};
+  return {plane_directions(scans),
+          (R_body_imu * (units.accel_scale * rest.accel_mean)).normalized()};
+}
+
+/// The assumed rotation gives way to that of the turning, unless a large ground contradicts it.
+void take_turning(const GroundLook& ground, InputReport& report) {
+  const geometry::Mat3 R_body_lidar = report.T_body_imu.R * report.mounting.R_imu_lidar;
+  if (ground_fits(ground.planes, report.T_body_lidar.R, ground.up_body) &&
+      !ground_fits(ground.planes, R_body_lidar, ground.up_body)) {
+    return;
+  }
+  report.T_body_lidar.R = R_body_lidar;
+  report.T_body_lidar_origin = "turning";
+}
+
+/// By the turning of both sensors if it decides, else by gravity and the ground. A rotation that
+/// was given is refused by the ground alone, or where both contradict it; by the turning alone it
+/// is questioned.
+Status judge_rotation(InputOptions options, const GroundLook& ground, InputReport& report) {
   const bool assumed = report.T_body_lidar_origin == "assumed zero";
   report.mounting = options.mounting;
   report.mounting_in_question = assumed && report.has_imu;
-  if (options.mounting.verdict == MountingVerdict::kAgrees) return {};
-  if (options.mounting.verdict == MountingVerdict::kContradicts) {
-    if (!assumed) return turning_contradicts(options, report);
-    report.T_body_lidar.R = report.T_body_imu.R * options.mounting.R_imu_lidar;
-    report.T_body_lidar_origin = "turning";
+  const MountingVerdict turning = options.mounting.verdict;
+  if (turning == MountingVerdict::kAgrees) return {};
+  if (assumed && turning == MountingVerdict::kContradicts) {
+    take_turning(ground, report);
     return {};
   }
-  const ImuStretch rest = quietest_stretch(imu);
-  if (!rest.at_rest || scans.empty()) return {};
-  const geometry::Vec3 up_body =
-      (report.T_body_imu.R * (units.accel_scale * rest.accel_mean)).normalized();
-  const std::vector<PlaneDirection> planes = plane_directions(scans);
-  if (assumed) upright_by_ground(planes, up_body, report);
-  Result<FindingList> checked = check_extrinsics(planes, report.T_body_lidar.R, up_body, options);
+  if (assumed) upright_by_ground(ground.planes, ground.up_body, report);
+  Result<FindingList> checked =
+      check_extrinsics(ground.planes, report.T_body_lidar.R, ground.up_body, options);
+  if (turning == MountingVerdict::kContradicts) {
+    if (checked && checked->empty()) options.extrinsics = ExtrinsicsCheck::kWarn;
+    return turning_contradicts(options, report);
+  }
   if (!checked) return tl::make_unexpected(checked.error());
   report.mounting_in_question = report.mounting_in_question || !checked->empty();
   for (Finding& f : *checked) report.findings.push_back(std::move(f));
@@ -202,7 +227,8 @@ Status decide_extrinsics(const InputOptions& options, const TfTree& tf,
     }
   }
   if (options.extrinsics != ExtrinsicsCheck::kOff) {
-    if (Status status = judge_rotation(options, scans, imu, units, report); !status) return status;
+    const GroundLook ground = look_at_ground(scans, imu, units, report.T_body_imu.R);
+    if (Status status = judge_rotation(options, ground, report); !status) return status;
   }
   report_what_was_assumed(options, report);
   return {};

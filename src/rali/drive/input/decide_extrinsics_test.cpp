@@ -165,17 +165,31 @@ TEST(DecideExtrinsics, the_turning_overrules_the_ground) {
   EXPECT_LT(turned_deg(tilted, R), 1e-6);
 }
 
-TEST(DecideExtrinsics, a_given_mounting_is_refused_if_the_sensors_turn_differently) {
+TEST(DecideExtrinsics, the_turning_does_not_overrule_a_large_ground_below_an_unknown_mounting) {
   InputOptions options;
-  options.T_body_lidar = geometry::SE3{};
   options.mounting =
       turning(MountingVerdict::kContradicts, geometry::rotation_from_rpy(0.0, 25.0 * kDeg, 0.0));
   InputReport report = report_of_frames();
-  const Status refused = decided(options, yard_seen(geometry::Mat3::Identity()), report);
+  ASSERT_TRUE(decided(options, yard_seen(geometry::Mat3::Identity()), report));
+  EXPECT_EQ(report.T_body_lidar_origin, "assumed zero");
+  // The ground says nothing about a turn to the left.
+  options.mounting.R_imu_lidar = geometry::rotation_from_rpy(0.0, 0.0, 90.0 * kDeg);
+  InputReport turned = report_of_frames();
+  ASSERT_TRUE(decided(options, yard_seen(geometry::Mat3::Identity()), turned));
+  EXPECT_EQ(turned.T_body_lidar_origin, "turning");
+}
+
+TEST(DecideExtrinsics, a_given_mounting_is_refused_if_turning_and_ground_contradict_it) {
+  const geometry::Mat3 R = geometry::rotation_from_rpy(0.0, 25.0 * kDeg, 0.0);
+  InputOptions options;
+  options.T_body_lidar = geometry::SE3{};
+  options.mounting = turning(MountingVerdict::kContradicts, R);
+  InputReport report = report_of_frames();
+  const Status refused = decided(options, yard_seen(R), report);
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().what.find("rpy_deg: [0.0, 25.0, 0.0] fits"), std::string::npos)
       << refused.error().what;
-  options.extrinsics = ExtrinsicsCheck::kWarn;
+  // By the turning alone it is questioned: a LiDAR odometry may have been led astray.
   InputReport warned = report_of_frames();
   ASSERT_TRUE(decided(options, yard_seen(geometry::Mat3::Identity()), warned));
   EXPECT_EQ(warned.findings.front().severity, Severity::kWarning);

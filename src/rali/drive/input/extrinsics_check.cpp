@@ -284,6 +284,15 @@ std::optional<double> ground_tilt_rad(std::span<const PlaneDirection> planes,
   return minimum;
 }
 
+bool ground_fits(std::span<const PlaneDirection> planes, const Mat3& R_body_lidar,
+                 const Vec3& up_body) {
+  const double cosine_of_tilt = std::cos(kTiltMaxDeg / kRadToDeg);
+  return std::any_of(planes.begin(), planes.end(), [&](const PlaneDirection& plane) {
+    return plane.fraction >= kGroundFraction &&
+           (R_body_lidar * plane.n_lidar).dot(up_body) > cosine_of_tilt;
+  });
+}
+
 Result<FindingList> check_extrinsics(std::span<const PlaneDirection> planes,
                                      const Mat3& R_body_lidar, const Vec3& up_body,
                                      const InputOptions& options) {

@@ -36,6 +36,10 @@ struct PlaneDirection {
                                                             const geometry::Mat3& R_body_lidar,
                                                             const geometry::Vec3& up_body);
 
+/// Whether a large plane is level below the LiDAR, to 15 deg.
+[[nodiscard]] bool ground_fits(std::span<const PlaneDirection> planes,
+                               const geometry::Mat3& R_body_lidar, const geometry::Vec3& up_body);
+
 /// Compares T_body_lidar with gravity and the ground, at standstill (algorithm: the ground is level
 /// to 15 deg where vehicles start; U12). A mismatch is an error (kInput) that names what would fit:
 /// the inverse, or another order of axes; with ExtrinsicsCheck::kWarn a finding D11. Up to
