@@ -50,6 +50,30 @@ TEST(Mounting, keeps_what_was_assumed_about_the_only_axis_of_turning) {
   EXPECT_EQ(turned.verdict, MountingVerdict::kAgrees);
 }
 
+/// The LiDAR's turns with noise, in rad per turn of 0.06.
+MountingByTurning judged_with_noise(imu::test::TurningPair pair, double noise_rad) {
+  pair.tilt_radps = 0.0;
+  pair.R_imu_lidar = geometry::rotation_from_rpy(0.1, 18.0 * kDeg, 0.0);
+  auto lidar = pair.lidar();
+  Rng rng(11, "rough walls");
+  for (imu::LidarTurn& turn : lidar) {
+    turn.turn_lidar_rad += noise_rad * Vec3(rng.normal(), rng.normal(), rng.normal());
+  }
+  const auto samples = pair.imu();
+  return judge_mounting(Mat3::Identity(), lidar, samples, imu::study_rotations(lidar, samples));
+}
+
+TEST(Mounting, is_found_through_the_noise_of_rough_walls) {
+  const MountingByTurning found = judged_with_noise({}, 0.008);
+  EXPECT_GT(found.misfit_rad, 0.2) << "more noise than a clean study would pass";
+  EXPECT_EQ(found.verdict, MountingVerdict::kContradicts);
+  EXPECT_LT(angle_deg(found.R_imu_lidar, geometry::rotation_from_rpy(0.1, 18.0 * kDeg, 0.0)), 4.0);
+}
+
+TEST(Mounting, is_undecided_if_the_lidar_saw_only_noise) {
+  EXPECT_EQ(judged_with_noise({}, 0.1).verdict, MountingVerdict::kUndecided);
+}
+
 TEST(Mounting, is_undecided_if_nothing_turned) {
   imu::test::TurningPair pair;
   pair.rate_radps = 0.0;
