@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kLongest_m = 1000.0;
 constexpr std::size_t kFrozenMin = 20;
-constexpr double kTogether_s = 0.2;
+constexpr double kTogether_s = 1.0;  ///< at 1 m/s2 a range between two is interpolated to 0.13 m
 constexpr double kDirections_m = 0.15;
 
 double median(std::vector<double> values) {

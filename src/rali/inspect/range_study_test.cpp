@@ -41,6 +41,15 @@ TEST(RangeStudy, a_0_31_m_difference_between_directions_is_reported) {
   EXPECT_TRUE(says(findings, "D15", "v1->v2 is +0.3"));
 }
 
+TEST(RangeStudy, a_difference_between_directions_is_reported_at_2_hz) {
+  RangeStudy study;
+  for (int i = 0; i < 40; ++i) {
+    study.add(Time::from_s(i * 0.5), "v1", "v2", 5.31 + 0.5 * i);
+    study.add(Time::from_s(i * 0.5 + 0.1), "v2", "v1", 5.1 + 0.5 * i);
+  }
+  EXPECT_TRUE(says(reported(study), "D15", "v1->v2 is +0.31 m"));
+}
+
 TEST(RangeStudy, the_motion_between_two_ranges_is_no_bias) {
   RangeStudy study;  // two vehicles drive apart at 3 m/s: 0.15 m from one range to the next
   for (int i = 0; i < 100; ++i) {

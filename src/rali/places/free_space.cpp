@@ -90,8 +90,8 @@ std::vector<Sight> FreeSpace::decided(const Counts& counts, int rays_min) {
   return state;
 }
 
-/// Crops the grid to its known cells and packs them: indoors, most of the box is never seen, and
-/// the grids were two thirds of the memory that a long mission used for submaps.
+/// Crops the grid to its known cells and packs them: indoors, most of the box is never seen, and a
+/// long mission keeps hundreds of such grids.
 void FreeSpace::keep_known(const std::vector<Sight>& state) {
   Eigen::Vector3i low(nx_, ny_, nz_), high(0, 0, 0);
   for (int z = 0; z < nz_; ++z) {

@@ -10,8 +10,8 @@
 namespace rali::drive {
 
 /// Whether LiDAR and IMU turn alike under an assumed rotation between them, and which rotation
-/// makes them turn alike. A vehicle on a road turns about one axis: what it tells is where that
-/// axis lies in both sensors; about it the result keeps the assumed rotation.
+/// makes them turn alike. A vehicle on a road turns about one axis: both sensors show where that
+/// axis lies; about it the result keeps the assumed rotation.
 [[nodiscard]] MountingByTurning judge_mounting(const geometry::Mat3& R_imu_lidar_assumed,
                                                std::span<const imu::LidarTurn> lidar,
                                                std::span<const sensor::ImuSample> imu,

@@ -226,9 +226,8 @@ double FrameNormal::write_row(const FrameValues& v, const RangeTerm& r, Eigen::I
   return loss.cost;
 }
 
-/// Beyond the knee of its loss. Of the present run, by number.
+/// By more than 1.2 sigma. Of the present run, by number.
 bool FrameNormal::is_too_long(std::size_t k) const {
-  // The residual is whitened with the root of its weight, the cost is not.
   return residuals_[static_cast<Eigen::Index>(k)] < 0.0 &&
          costs_[k] > 0.25 * kBoundLonger_sigma * kBoundLonger_sigma;
 }
