@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include "rali/imu/mounting.hpp"
 #include "rali/inspect/make_finding.hpp"
 
 namespace rali::inspect {
@@ -18,8 +19,7 @@ constexpr double kOffsetMin_s = 0.005;
 /// Above this rotation during the LiDAR-IMU time offset walls double visibly: 0.5 deg is 9 cm at 10
 /// m.
 constexpr double kSmearMax_rad = 0.5 / kDegPerRad;
-constexpr double kMisfitMax = 0.15;     ///< about 9 degrees
-constexpr double kClearlyBetter = 0.4;  ///< fraction of the given rotation's misfit
+constexpr double kMisfitMax = 0.15;  ///< about 9 degrees
 /// At slower rotation the noise of LiDAR poses dominates.
 constexpr double kTurnRateSeen_radps = 0.1;
 constexpr double kSecondAxisMin = 0.1;
@@ -28,12 +28,6 @@ constexpr double kUnitFactor = 2.0;     ///< more is no scale error
 constexpr double kTiltMax_rad = 8.0 / kDegPerRad;
 constexpr double kVaultMax_rad = 40.0 / kDegPerRad;  ///< of a plane above: a vault's side
 constexpr double kAlike_rad = 5.0 / kDegPerRad;
-
-struct Candidate {
-  std::string name;
-  geometry::Mat3 R;
-  double misfit = 0.0;
-};
 
 double angle_between(const geometry::Vec3& a, const geometry::Vec3& b) {
   return std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0, 1.0));
@@ -72,17 +66,20 @@ void report_not_seen(const std::string& id, const imu::RotationStudy& study,
                    {study.turned_rad, 0.5}));
 }
 
-Candidate best_other(const geometry::Mat3& R_given, std::span<const imu::LidarTurn> lidar,
-                     std::span<const sensor::ImuSample> imu, const imu::RotationStudy& study) {
-  std::vector<Candidate> others{{"its inverse", R_given.transpose(), 0.0}};
+/// How the given rotation became the wrong one, if it shows: a common mistake fits about as well as
+/// the best rotation. The inverse first: it is more likely than an equivalent swap of axes.
+std::string likely_mistake(const geometry::Mat3& R_given, const imu::MountingByTurning& judged,
+                           std::span<const imu::LidarTurn> lidar,
+                           std::span<const sensor::ImuSample> imu,
+                           const imu::RotationStudy& study) {
+  const auto fits = [&](const geometry::Mat3& R) {
+    return imu::misfit_of(R, lidar, imu, study) < judged.misfit_rad + kAlike_rad;
+  };
+  if (fits(R_given.transpose())) return "its inverse";
   for (const geometry::Mat3& swap : axis_swaps()) {
-    others.push_back({"swapped axes", R_given * swap, 0.0});
+    if (fits(R_given * swap)) return "swapped axes";
   }
-  others.push_back({"the rotation estimated from the data", study.best.R_imu_lidar, 0.0});
-  for (Candidate& c : others) c.misfit = imu::misfit_of(c.R, lidar, imu, study);
-  // On ties the first: the inverse is a more likely mistake than an equivalent axis swap.
-  return *std::min_element(others.begin(), others.end(),
-                           [](const auto& a, const auto& b) { return a.misfit < 0.9 * b.misfit; });
+  return "the rotation estimated from the data";
 }
 
 }  // namespace
@@ -147,48 +144,45 @@ void report_extrinsics(const imu::RotationStudy& study, const ExtrinsicsGiven& g
   if (study.gyro_ratio == 0.0) {
     return report_not_seen("D11", study, "the LiDAR's rotation in the body is", out);
   }
-  const bool one_axis = study.second_axis_fraction < kSecondAxisMin;
   const geometry::Mat3 R_given =
       given.R_body_imu.transpose() * given.R_body_lidar.value_or(geometry::Mat3::Identity());
-  const double misfit = imu::misfit_of(R_given, lidar, imu, study);
-  const Candidate other = best_other(R_given, lidar, imu, study);
+  const imu::MountingByTurning judged = imu::judge_mounting(R_given, lidar, imu, study);
   const std::string which =
       given.R_body_lidar ? "T_body_lidar (" + given.origin + ")" : "the identity as T_body_lidar";
-  const bool wrong = misfit > kMisfitMax && other.misfit < kClearlyBetter * misfit;
-  // The misfit of the best rotation is noise of the LiDAR poses; only the excess counts against a
-  // rotation.
-  const double minimum = std::min(other.misfit, study.best.misfit);
-  const double excess = std::sqrt(std::max(misfit * misfit - minimum * minimum, 0.0));
-  const double chance = 2.0 * misfit * std::sqrt(3.0 / static_cast<double>(study.pairs));
-  if (!wrong && minimum > kMisfitMax && excess < std::max(kMisfitMax, chance)) {
-    out.push_back(make_finding(
-        "D11", Severity::kInfo, "",
-        {fmt::format("{} fits the turning as well as any other; it turned too little to decide",
-                     which),
-         "", "Turn the vehicle left and right a few times at the start of a recording."},
-        {misfit * kDegPerRad, kMisfitMax * kDegPerRad}));
-    return;
+  const double given_deg = judged.assumed_misfit_rad * kDegPerRad;
+  Finding f;
+  switch (judged.verdict) {
+    case imu::MountingVerdict::kUndecided:
+      f = make_finding(
+          "D11", Severity::kInfo, "",
+          {fmt::format(
+               "the turning does not decide whether {} is right: it fits to {:.1f} deg, the "
+               "best rotation to {:.1f}",
+               which, given_deg, judged.misfit_rad * kDegPerRad),
+           "", "Turn the vehicle left and right a few times at the start of a recording."});
+      break;
+    case imu::MountingVerdict::kAgrees:
+      f = make_finding(
+          "D11", Severity::kInfo, "",
+          {fmt::format("{} fits the turning to {:.1f} deg{}", which, given_deg,
+                       study.second_axis_fraction < kSecondAxisMin
+                           ? "; the angle about the axis it turned about is not observable"
+                           : ""),
+           "", ""});
+      break;
+    case imu::MountingVerdict::kContradicts:
+      f = make_finding("D11", given.R_body_lidar ? Severity::kError : Severity::kWarning, "",
+                       {fmt::format("{} does not fit, {} does: {:.1f} against {:.1f} deg", which,
+                                    likely_mistake(R_given, judged, lidar, imu, study),
+                                    judged.misfit_rad * kDegPerRad, given_deg),
+                        "the map falls apart at the first turn",
+                        fmt::format("Set lidar.T_body_lidar rpy_deg: {}.",
+                                    rpy_text(given.R_body_imu * judged.R_imu_lidar))});
+      break;
   }
-  if (!wrong) {
-    out.push_back(make_finding(
-        "D11", misfit > kMisfitMax ? Severity::kWarning : Severity::kInfo, "",
-        {fmt::format(
-             "{} fits the turning to {:.1f} deg{}", which, misfit * kDegPerRad,
-             one_axis ? "; the angle about the axis it turned about is not observable" : ""),
-         "", ""},
-        {misfit * kDegPerRad, kMisfitMax * kDegPerRad}));
-    return;
-  }
-  const geometry::Mat3 R_body_lidar = given.R_body_imu * other.R;
-  out.push_back(make_finding(
-      "D11", given.R_body_lidar ? Severity::kError : Severity::kWarning, "",
-      {fmt::format("{} does not fit, {} does: {:.1f} against {:.1f} deg", which, other.name,
-                   other.misfit * kDegPerRad, misfit * kDegPerRad),
-       "the map falls apart at the first turn",
-       one_axis
-           ? "Check the direction of T_body_lidar; turn about a second axis to have it estimated."
-           : fmt::format("Set lidar.T_body_lidar rpy_deg: {}.", rpy_text(R_body_lidar))},
-      {misfit * kDegPerRad, other.misfit * kDegPerRad}));
+  f.value = given_deg;
+  f.limit = judged.misfit_rad * kDegPerRad;
+  out.push_back(std::move(f));
 }
 
 void report_up(const std::optional<geometry::Vec3>& up_lidar, const geometry::Vec3& up_imu,

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rali/base/rng.hpp"
 #include "rali/imu/turning_for_test.hpp"
 
 namespace rali::inspect {
@@ -127,6 +128,24 @@ TEST(RotationFindings, an_inverted_extrinsic_rotation_is_distinguished_from_the_
   const FindingList bad = all_findings(pair, inverse, {});
   EXPECT_EQ(find(bad, "D11")->severity, Severity::kError);
   EXPECT_NE(find(bad, "D11")->text.find("inverse"), std::string::npos) << find(bad, "D11")->text;
+}
+
+// Rough walls: the LiDAR's turns are noisy, yet they show that the IMU is mounted turned.
+TEST(RotationFindings, a_turned_mounting_is_found_through_noise_as_the_map_finds_it) {
+  TurningPair pair;
+  pair.tilt_radps = 0.0;
+  pair.R_imu_lidar = geometry::rotation_from_rpy(0.1, 18.0 * kDeg, 0.0);
+  auto lidar = pair.lidar();
+  Rng rng(11, "rough walls");
+  for (imu::LidarTurn& turn : lidar) {
+    turn.turn_lidar_rad += 0.008 * geometry::Vec3(rng.normal(), rng.normal(), rng.normal());
+  }
+  const auto imu = pair.imu();
+  FindingList findings;
+  report_extrinsics(imu::study_rotations(lidar, imu), {}, lidar, imu, findings);
+  const Finding* f = find(findings, "D11");
+  EXPECT_EQ(f->severity, Severity::kWarning) << f->text;
+  EXPECT_NE(f->remedy.find("rpy_deg: [5"), std::string::npos) << f->remedy;
 }
 
 TEST(RotationFindings, swapped_axes_are_reported) {

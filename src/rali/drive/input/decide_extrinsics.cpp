@@ -119,7 +119,7 @@ void upright_by_ground(std::span<const PlaneDirection> planes, const geometry::V
 /// A rotation that the user or the recording has given, and under which LiDAR and IMU turn
 /// differently.
 Status turning_contradicts(const InputOptions& options, InputReport& report) {
-  const MountingByTurning& turning = options.mounting;
+  const imu::MountingByTurning& turning = options.mounting;
   const geometry::Vec3 rpy_deg =
       kDegPerRad * geometry::rpy_from_rotation(report.T_body_imu.R * turning.R_imu_lidar);
   const std::string text = fmt::format(
@@ -188,16 +188,16 @@ Status judge_rotation(InputOptions options, const GroundLook& ground, InputRepor
   const bool assumed = report.T_body_lidar_origin == "assumed zero";
   report.mounting = options.mounting;
   report.mounting_in_question = assumed && report.has_imu;
-  const MountingVerdict turning = options.mounting.verdict;
-  if (turning == MountingVerdict::kAgrees) return {};
-  if (assumed && turning == MountingVerdict::kContradicts) {
+  const imu::MountingVerdict turning = options.mounting.verdict;
+  if (turning == imu::MountingVerdict::kAgrees) return {};
+  if (assumed && turning == imu::MountingVerdict::kContradicts) {
     take_turning(ground, report);
     return {};
   }
   if (assumed) upright_by_ground(ground.planes, ground.up_body, report);
   Result<FindingList> checked =
       check_extrinsics(ground.planes, report.T_body_lidar.R, ground.up_body, options);
-  if (turning == MountingVerdict::kContradicts) {
+  if (turning == imu::MountingVerdict::kContradicts) {
     if (checked && checked->empty()) options.extrinsics = ExtrinsicsCheck::kWarn;
     return turning_contradicts(options, report);
   }

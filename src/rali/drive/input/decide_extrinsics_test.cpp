@@ -131,7 +131,7 @@ double turned_deg(const InputReport& report, const geometry::Mat3& R) {
   return geometry::so3_log(report.T_body_lidar.R.transpose() * R).norm() / kDeg;
 }
 
-MountingByTurning turning(MountingVerdict verdict, const geometry::Mat3& R) {
+imu::MountingByTurning turning(imu::MountingVerdict verdict, const geometry::Mat3& R) {
   return {verdict, R, 0.4, 0.02};
 }
 
@@ -154,11 +154,11 @@ TEST(DecideExtrinsics, an_unknown_mounting_is_not_turned_by_walls_without_a_floo
 TEST(DecideExtrinsics, the_turning_overrules_the_ground) {
   const geometry::Mat3 R = geometry::rotation_from_rpy(0.0, 25.0 * kDeg, 0.0);
   InputOptions options;
-  options.mounting = turning(MountingVerdict::kAgrees, geometry::Mat3::Identity());
+  options.mounting = turning(imu::MountingVerdict::kAgrees, geometry::Mat3::Identity());
   InputReport on_slope = report_of_frames();
   ASSERT_TRUE(decided(options, yard_seen(R), on_slope));
   EXPECT_EQ(on_slope.T_body_lidar_origin, "assumed zero") << "the yard is a slope";
-  options.mounting = turning(MountingVerdict::kContradicts, R);
+  options.mounting = turning(imu::MountingVerdict::kContradicts, R);
   InputReport tilted = report_of_frames();
   ASSERT_TRUE(decided(options, passage_seen(), tilted));
   EXPECT_EQ(tilted.T_body_lidar_origin, "turning");
@@ -167,8 +167,8 @@ TEST(DecideExtrinsics, the_turning_overrules_the_ground) {
 
 TEST(DecideExtrinsics, the_turning_does_not_overrule_a_large_ground_below_an_unknown_mounting) {
   InputOptions options;
-  options.mounting =
-      turning(MountingVerdict::kContradicts, geometry::rotation_from_rpy(0.0, 25.0 * kDeg, 0.0));
+  options.mounting = turning(imu::MountingVerdict::kContradicts,
+                             geometry::rotation_from_rpy(0.0, 25.0 * kDeg, 0.0));
   InputReport report = report_of_frames();
   ASSERT_TRUE(decided(options, yard_seen(geometry::Mat3::Identity()), report));
   EXPECT_EQ(report.T_body_lidar_origin, "assumed zero");
@@ -183,7 +183,7 @@ TEST(DecideExtrinsics, a_given_mounting_is_refused_if_turning_and_ground_contrad
   const geometry::Mat3 R = geometry::rotation_from_rpy(0.0, 25.0 * kDeg, 0.0);
   InputOptions options;
   options.T_body_lidar = geometry::SE3{};
-  options.mounting = turning(MountingVerdict::kContradicts, R);
+  options.mounting = turning(imu::MountingVerdict::kContradicts, R);
   InputReport report = report_of_frames();
   const Status refused = decided(options, yard_seen(R), report);
   ASSERT_FALSE(refused);

@@ -14,6 +14,7 @@
 #include "rali/drive/ranges/range_latency.hpp"
 #include "rali/drive/ranges/range_options.hpp"
 #include "rali/geometry/se3.hpp"
+#include "rali/imu/mounting.hpp"
 #include "rali/wire/cloud_format.hpp"
 
 namespace rali::drive {
@@ -38,16 +39,6 @@ struct ClockOffset {
   std::string origin;             ///< in words, if estimated or tried; empty: settings
 };
 
-enum class MountingVerdict : std::uint8_t { kUndecided, kAgrees, kContradicts };
-
-/// What the turning of LiDAR and IMU says of the rotation between them.
-struct MountingByTurning {
-  MountingVerdict verdict = MountingVerdict::kUndecided;  ///< on the one that was given or assumed
-  geometry::Mat3 R_imu_lidar = geometry::Mat3::Identity();  ///< makes both turn alike
-  double assumed_misfit_rad = 0.0;  ///< of the one that was given or assumed
-  double misfit_rad = 0.0;          ///< of R_imu_lidar
-};
-
 /// What the user fixed about one vehicle's input; everything else is determined from the data.
 struct InputOptions {
   std::string vehicle = "v1";
@@ -64,7 +55,7 @@ struct InputOptions {
   bool imu_from_tf = false;                   ///< T_body_imu from /tf_static
   std::string imu_tf_frame;  ///< the IMU's frame there; empty: that of its messages
   LidarTimeOffset lidar_time_offset;
-  MountingByTurning mounting;
+  imu::MountingByTurning mounting;
   /// The mounting will be judged by the turning: until then the ground refuses nothing.
   bool turning_follows = false;
   ClockOffset clock_offset;
@@ -110,7 +101,7 @@ struct InputReport {
   std::string lidar_stamp = "header";  ///< or "record"
   std::string imu_stamp = "header";
   LidarTimeOffset lidar_time_offset;
-  MountingByTurning mounting;
+  imu::MountingByTurning mounting;
   bool mounting_in_question = false;  ///< T_body_lidar is assumed, or does not fit the ground
   ClockOffset clock_offset;
   Time t_start, t_end;  ///< of the events passed on

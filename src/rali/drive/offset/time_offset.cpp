@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "rali/drive/offset/lidar_turning.hpp"
-#include "rali/drive/offset/mounting.hpp"
 #include "rali/drive/open_events.hpp"
 #include "rali/drive/read_ahead.hpp"
 
@@ -76,7 +75,7 @@ class Search {
  private:
   [[nodiscard]] Turning judged(const imu::RotationStudy& study) const {
     return {judge_time_offset(study, looked_at_s()),
-            judge_mounting(R_imu_lidar_assumed_, lidar_.turns(), imu_, study)};
+            imu::judge_mounting(R_imu_lidar_assumed_, lidar_.turns(), imu_, study)};
   }
 
   void take(const vehicle::Event& event) {

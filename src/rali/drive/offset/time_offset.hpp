@@ -23,7 +23,7 @@ inline constexpr double kOffsetSigmaMax_s = 0.010;
 /// What the turning of LiDAR and IMU says of their clocks and of the rotation between them.
 struct Turning {
   LidarTimeOffset offset;
-  MountingByTurning mounting;
+  imu::MountingByTurning mounting;
 };
 
 /// Plays the start of a vehicle's input and compares the rotation of a LiDAR odometry with the

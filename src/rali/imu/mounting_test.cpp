@@ -1,4 +1,4 @@
-#include "rali/drive/offset/mounting.hpp"
+#include "rali/imu/mounting.hpp"
 
 #include <numbers>
 
@@ -6,7 +6,7 @@
 
 #include "rali/imu/turning_for_test.hpp"
 
-namespace rali::drive {
+namespace rali::imu {
 namespace {
 
 using geometry::Mat3;
@@ -14,10 +14,10 @@ using geometry::Vec3;
 
 constexpr double kDeg = std::numbers::pi / 180.0;
 
-MountingByTurning judged(const imu::test::TurningPair& pair, const Mat3& assumed) {
+MountingByTurning judged(const test::TurningPair& pair, const Mat3& assumed) {
   const auto lidar = pair.lidar();
   const auto samples = pair.imu();
-  return judge_mounting(assumed, lidar, samples, imu::study_rotations(lidar, samples));
+  return judge_mounting(assumed, lidar, samples, study_rotations(lidar, samples));
 }
 
 double angle_deg(const Mat3& a, const Mat3& b) {
@@ -29,7 +29,7 @@ TEST(Mounting, is_confirmed_if_both_sensors_turn_alike) {
 }
 
 TEST(Mounting, is_found_from_turning_about_all_axes) {
-  imu::test::TurningPair pair;
+  test::TurningPair pair;
   pair.R_imu_lidar = geometry::rotation_from_rpy(0.1, 25.0 * kDeg, 0.5);
   const MountingByTurning found = judged(pair, Mat3::Identity());
   EXPECT_EQ(found.verdict, MountingVerdict::kContradicts);
@@ -38,7 +38,7 @@ TEST(Mounting, is_found_from_turning_about_all_axes) {
 }
 
 TEST(Mounting, keeps_what_was_assumed_about_the_only_axis_of_turning) {
-  imu::test::TurningPair pair;
+  test::TurningPair pair;
   pair.tilt_radps = 0.0;
   pair.R_imu_lidar = geometry::rotation_from_rpy(0.0, 25.0 * kDeg, 0.0);
   const MountingByTurning found = judged(pair, Mat3::Identity());
@@ -51,16 +51,16 @@ TEST(Mounting, keeps_what_was_assumed_about_the_only_axis_of_turning) {
 }
 
 /// The LiDAR's turns with noise, in rad per turn of 0.06.
-MountingByTurning judged_with_noise(imu::test::TurningPair pair, double noise_rad) {
+MountingByTurning judged_with_noise(test::TurningPair pair, double noise_rad) {
   pair.tilt_radps = 0.0;
   pair.R_imu_lidar = geometry::rotation_from_rpy(0.1, 18.0 * kDeg, 0.0);
   auto lidar = pair.lidar();
   Rng rng(11, "rough walls");
-  for (imu::LidarTurn& turn : lidar) {
+  for (LidarTurn& turn : lidar) {
     turn.turn_lidar_rad += noise_rad * Vec3(rng.normal(), rng.normal(), rng.normal());
   }
   const auto samples = pair.imu();
-  return judge_mounting(Mat3::Identity(), lidar, samples, imu::study_rotations(lidar, samples));
+  return judge_mounting(Mat3::Identity(), lidar, samples, study_rotations(lidar, samples));
 }
 
 TEST(Mounting, is_found_through_the_noise_of_rough_walls) {
@@ -75,11 +75,11 @@ TEST(Mounting, is_undecided_if_the_lidar_saw_only_noise) {
 }
 
 TEST(Mounting, is_undecided_if_nothing_turned) {
-  imu::test::TurningPair pair;
+  test::TurningPair pair;
   pair.rate_radps = 0.0;
   pair.R_imu_lidar = geometry::rotation_from_rpy(0.0, 1.0, 0.0);
   EXPECT_EQ(judged(pair, Mat3::Identity()).verdict, MountingVerdict::kUndecided);
 }
 
 }  // namespace
-}  // namespace rali::drive
+}  // namespace rali::imu

@@ -1,25 +1,25 @@
-#include "rali/drive/offset/mounting.hpp"
+#include "rali/imu/mounting.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include <Eigen/Eigenvalues>
 
-namespace rali::drive {
+namespace rali::imu {
 
 using geometry::Mat3;
 using geometry::Vec3;
 
 namespace {
 
-constexpr double kOffMax_rad = 0.15;  ///< about 9 degrees, as in `rali doctor`
+constexpr double kOffMax_rad = 0.15;  ///< about 9 degrees
 /// Beyond it the LiDAR's turns are noise, or were led astray by what it saw.
 constexpr double kNoiseMax = 0.5;
 
 /// The axis about which the LiDAR turned most.
-Vec3 main_axis(std::span<const imu::LidarTurn> lidar) {
+Vec3 main_axis(std::span<const LidarTurn> lidar) {
   Mat3 sum = Mat3::Zero();
-  for (const imu::LidarTurn& turn : lidar) {
+  for (const LidarTurn& turn : lidar) {
     sum += turn.turn_lidar_rad * turn.turn_lidar_rad.transpose();
   }
   return Eigen::SelfAdjointEigenSolver<Mat3>(sum).eigenvectors().col(2);
@@ -32,10 +32,9 @@ double beyond(double misfit_rad, double noise_rad) {
 
 }  // namespace
 
-MountingByTurning judge_mounting(const Mat3& R_imu_lidar_assumed,
-                                 std::span<const imu::LidarTurn> lidar,
-                                 std::span<const sensor::ImuSample> imu,
-                                 const imu::RotationStudy& study) {
+MountingByTurning judge_mounting(const Mat3& R_imu_lidar_assumed, std::span<const LidarTurn> lidar,
+                                 std::span<const sensor::ImuSample> samples,
+                                 const RotationStudy& study) {
   MountingByTurning out;
   out.R_imu_lidar = R_imu_lidar_assumed;
   if (study.gyro_ratio == 0.0) return out;
@@ -43,9 +42,9 @@ MountingByTurning judge_mounting(const Mat3& R_imu_lidar_assumed,
   out.R_imu_lidar = geometry::rotation_between(Vec3(R_imu_lidar_assumed * axis_lidar),
                                                Vec3(study.best.R_imu_lidar * axis_lidar)) *
                     R_imu_lidar_assumed;
-  out.assumed_misfit_rad = imu::misfit_of(R_imu_lidar_assumed, lidar, imu, study);
-  out.misfit_rad = imu::misfit_of(out.R_imu_lidar, lidar, imu, study);
-  const double best_misfit_rad = imu::misfit_of(study.best.R_imu_lidar, lidar, imu, study);
+  out.assumed_misfit_rad = misfit_of(R_imu_lidar_assumed, lidar, samples, study);
+  out.misfit_rad = misfit_of(out.R_imu_lidar, lidar, samples, study);
+  const double best_misfit_rad = misfit_of(study.best.R_imu_lidar, lidar, samples, study);
   // The misfit of the best rotation is noise: only what exceeds it counts against another, and that
   // is known to `chance`.
   const double chance_rad =
@@ -64,4 +63,4 @@ MountingByTurning judge_mounting(const Mat3& R_imu_lidar_assumed,
   return out;
 }
 
-}  // namespace rali::drive
+}  // namespace rali::imu
