@@ -34,7 +34,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fleet::FleetKnowledge known;
   known.starts.push_back({VehicleId{1}, VehicleId{3}, {}, 0.2, 0.05});
   fleet::Centre centre(fleet::FleetSettings{}, known);
-  for (const fleet::FactPtr& fact : store.take_new()) centre.add(*fact);
+  for (const fleet::FactPtr& fact : store.take_new()) centre.add(fact);
   SerialExecutor executor;
   const fleet::FleetEstimate estimate = centre.estimate(executor);
   for (const fleet::VehicleFrame& frame : estimate.frames) {

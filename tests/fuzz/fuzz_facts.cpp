@@ -210,11 +210,17 @@ class Liar {
         points.refinement = !points.refinement;
         break;
       case 2:
-        points.x_m.assign(points.size(), static_cast<float>(value()));
+        move_all(points);
         break;
       default:
         pose(points.T_body_lidar);
     }
+  }
+
+  void move_all(fleet::KeyframePoints& points) {
+    fleet::PointArrays arrays = points.points.unpacked();
+    arrays.x_m.assign(arrays.size(), static_cast<float>(value()));
+    points.points = fleet::PackedPoints(arrays);
   }
 
   void about(fleet::Loop& loop) {
@@ -255,12 +261,13 @@ std::vector<fleet::Fact> story(fleet::FleetForTest& fleet) {
     if (step == nullptr || !step->keyframe || *step->keyframe % 3 != 0) continue;
     fleet::KeyframePoints points;
     points.keyframe = *step->keyframe;
+    fleet::PointArrays arrays;
     for (int k = 0; k < 64; ++k) {
       const float a = 0.4F * static_cast<float>(k % 8), b = 0.4F * static_cast<float>(k / 8);
-      points.x_m.insert(points.x_m.end(), {a, 4.0F});
-      points.y_m.insert(points.y_m.end(), {3.0F, a});
-      points.z_m.insert(points.z_m.end(), {b, b});
+      arrays.push_back(a, 3.0F, b);
+      arrays.push_back(4.0F, a, b);
     }
+    points.points = fleet::PackedPoints(arrays);
     more.push_back({{fact.key.vehicle, 0, fact.key.seq + 5000}, fact.t, points});
   }
   fleet::Loop loop;
@@ -308,7 +315,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   if ((mode & 8U) == 0) known = fleet.knowledge();
   known.common_clock = (mode & 16U) == 0;
   fleet::RoundCentre centre(settings, known);
-  for (const fleet::FactPtr& fact : store.take_new()) centre.add(*fact);
+  for (const fleet::FactPtr& fact : store.take_new()) centre.add(fact);
   SerialExecutor executor;
   check((mode & 2U) != 0 ? centre.end_round(fleet.now(), executor) : centre.estimate(executor));
   return 0;

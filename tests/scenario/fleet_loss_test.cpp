@@ -59,14 +59,15 @@ std::vector<Vec3> hall() {
 fleet::KeyframePoints seen_from(std::uint32_t keyframe, const SE3& T_world_body,
                                 const std::vector<Vec3>& world) {
   fleet::KeyframePoints points;
+  fleet::PointArrays arrays;
   points.keyframe = keyframe;
   for (const Vec3& p : world) {
     const Vec3 q = T_world_body.inverse() * p;
     if (q.norm() > 12.0) continue;
-    points.x_m.push_back(static_cast<float>(q.x()));
-    points.y_m.push_back(static_cast<float>(q.y()));
-    points.z_m.push_back(static_cast<float>(q.z()));
+    arrays.push_back(static_cast<float>(q.x()), static_cast<float>(q.y()),
+                     static_cast<float>(q.z()));
   }
+  points.points = fleet::PackedPoints(arrays);
   return points;
 }
 
@@ -134,7 +135,7 @@ fleet::FleetKnowledge knowledge() {
 
 std::string estimate_of(const std::vector<fleet::FactPtr>& facts) {
   fleet::Centre centre(fleet::FleetSettings{}, knowledge());
-  for (const fleet::FactPtr& fact : facts) centre.add(*fact);
+  for (const fleet::FactPtr& fact : facts) centre.add(fact);
   SerialExecutor executor;
   return text_of(centre.estimate(executor));
 }
@@ -261,7 +262,7 @@ TEST(FleetLoss, half_of_the_facts_give_a_map_of_half_the_keyframes) {
     if (fact->t <= Time::from_s(0.5 * kData_s)) half.push_back(fact);
   }
   fleet::Centre centre(fleet::FleetSettings{}, knowledge());
-  for (const fleet::FactPtr& fact : half) centre.add(*fact);
+  for (const fleet::FactPtr& fact : half) centre.add(fact);
   SerialExecutor executor;
   const fleet::FleetEstimate estimate = centre.estimate(executor);
   EXPECT_EQ(estimate.keyframes.size(), kVehicles * (static_cast<std::size_t>(kData_s) / 2 + 1));

@@ -138,11 +138,11 @@ class PathFiller {
     keyframe->T_body_lidar = T_body_lidar_.value_or(SE3{});
     if (const auto seen = points_.find(*node.step->keyframe); seen != points_.end()) {
       T_body_lidar_ = keyframe->T_body_lidar = seen->second->T_body_lidar;
-      keyframe->cloud.x_m = seen->second->x_m;
-      keyframe->cloud.y_m = seen->second->y_m;
-      keyframe->cloud.z_m = seen->second->z_m;
-      keyframe->cloud.intensity.assign(seen->second->intensity.begin(),
-                                       seen->second->intensity.end());
+      fleet::PointArrays points = seen->second->points.unpacked();
+      keyframe->cloud.intensity.assign(points.intensity.begin(), points.intensity.end());
+      keyframe->cloud.x_m = std::move(points.x_m);
+      keyframe->cloud.y_m = std::move(points.y_m);
+      keyframe->cloud.z_m = std::move(points.z_m);
     }
     keyframe->cloud.intensity.resize(keyframe->cloud.size());
     before_ = keyframe;

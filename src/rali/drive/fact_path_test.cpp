@@ -34,9 +34,8 @@ fleet::KeyframePoints points(std::uint32_t keyframe) {
   fleet::KeyframePoints p;
   p.keyframe = keyframe;
   p.T_body_lidar.p.z() = 0.35;
-  p.x_m = {1.0F, 2.0F};
-  p.y_m = p.z_m = {0.0F, 0.5F};
-  p.intensity = {7, 200};
+  p.points =
+      fleet::PackedPoints(fleet::PointArrays{{1.0F, 2.0F}, {0.0F, 0.5F}, {0.0F, 0.5F}, {16, 208}});
   return p;
 }
 
@@ -146,7 +145,7 @@ TEST(FactPath, gives_a_pose_at_each_node_and_keyframes_with_or_without_points) {
     EXPECT_TRUE(view.ring.empty());
     if (seen++ > 0) return;
     ASSERT_EQ(view.intensity.size(), 2U);
-    EXPECT_EQ(view.intensity[1], 200.0F);
+    EXPECT_EQ(view.intensity[1], 208.0F);
   }));
   EXPECT_EQ(seen, 2U);
 }

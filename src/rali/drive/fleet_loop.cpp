@@ -282,7 +282,7 @@ void FleetLoop::show_findings() {
 Status FleetLoop::place_in_map(FleetMember& member, const vehicle::OutputList& outputs) {
   if (live_ == nullptr) return {};
   for (const vehicle::Output& output : outputs) {
-    if (const auto* made = std::get_if<vehicle::FactMade>(&output)) live_->add(*made->fact);
+    if (const auto* made = std::get_if<vehicle::FactMade>(&output)) live_->add(made->fact);
   }
   for (const vehicle::Output& output : outputs) {
     const auto* pose = std::get_if<vehicle::PoseEstimate>(&output);

@@ -48,12 +48,12 @@ fleet::FleetEstimate estimate_by_rounds(std::span<const ReportedByVehicle> vehic
   auto next = facts.begin();
   for (const Time end : ends) {
     const Time received = end + Duration::from_s(kLate_s);
-    for (; next != facts.end() && (*next)->t <= received; ++next) centre.add(**next);
+    for (; next != facts.end() && (*next)->t <= received; ++next) centre.add(*next);
     if (centre.paths().empty()) continue;
     centre.end_round(end, executor);
     if (ended) ended(end);
   }
-  for (; next != facts.end(); ++next) centre.add(**next);
+  for (; next != facts.end(); ++next) centre.add(*next);
   return centre.estimate(executor);
 }
 

@@ -149,6 +149,7 @@ class ExactVehicle {
 
   static fleet::KeyframePoints points_at(const geometry::SE3& T_world_body, std::uint32_t number) {
     fleet::KeyframePoints points;
+    fleet::PointArrays arrays;
     points.keyframe = number;
     for (int k = 0; k < 3200; ++k) {
       const double up = (2.0 * (k % 16) - 15.0) * std::numbers::pi / 180.0;
@@ -157,10 +158,10 @@ class ExactVehicle {
                              std::sin(up));
       const geometry::Vec3 p =
           drive::test::HallRecording::distance(T_world_body.p, T_world_body.R * d) * d;
-      points.x_m.push_back(static_cast<float>(p.x()));
-      points.y_m.push_back(static_cast<float>(p.y()));
-      points.z_m.push_back(static_cast<float>(p.z()));
+      arrays.push_back(static_cast<float>(p.x()), static_cast<float>(p.y()),
+                       static_cast<float>(p.z()));
     }
+    points.points = fleet::PackedPoints(arrays);
     return points;
   }
 

@@ -45,9 +45,13 @@ wire::PackedCloud packed(Time t, wire::Bytes data, std::vector<wire::CloudField>
   return cloud;
 }
 
-geometry::Vec3 point_of(const fleet::KeyframePoints& points, std::size_t i) {
+geometry::Vec3 point_of(const fleet::PointArrays& points, std::size_t i) {
   return {static_cast<double>(points.x_m[i]), static_cast<double>(points.y_m[i]),
           static_cast<double>(points.z_m[i])};
+}
+
+fleet::PointArrays points_of(const fleet::Fact& fact) {
+  return std::get<fleet::KeyframePoints>(fact.body).points.unpacked();
 }
 
 }  // namespace
@@ -145,12 +149,13 @@ void MapPicture::draw(KeyframeId id, Keyframe& keyframe) {
     grid_.move(id, *keyframe.T_map_body);
     return;
   }
-  const auto& points = std::get<fleet::KeyframePoints>(keyframe.points->body);
+  const auto& seen = std::get<fleet::KeyframePoints>(keyframe.points->body);
+  const fleet::PointArrays points = seen.points.unpacked();
   map::KeyframeView view;
   view.t = keyframe.t;
   view.vehicle = static_cast<std::uint8_t>(id.vehicle.value);
   view.T_map_body = *keyframe.T_map_body;
-  view.T_body_lidar = points.T_body_lidar;
+  view.T_body_lidar = seen.T_body_lidar;
   view.x_m = points.x_m;
   view.y_m = points.y_m;
   view.z_m = points.z_m;
@@ -162,7 +167,7 @@ std::optional<wire::PackedCloud> MapPicture::take_delta(Time t) {
   for (auto& [id, keyframe] : keyframes_) {
     if (!keyframe.is_new || !keyframe.points || !keyframe.T_map_body) continue;
     keyframe.is_new = false;
-    const auto& points = std::get<fleet::KeyframePoints>(keyframe.points->body);
+    const fleet::PointArrays points = points_of(*keyframe.points);
     for (std::size_t i = 0; i < points.size(); ++i) {
       append_point(data, *keyframe.T_map_body * point_of(points, i));
       append(data, id.seq);
@@ -184,7 +189,7 @@ std::optional<wire::PackedCloud> MapPicture::whole(Time t, double voxel_m,
     bool fits = true;
     for (const auto& [id, keyframe] : keyframes_) {
       if (!keyframe.points || !keyframe.T_map_body) continue;
-      const auto& points = std::get<fleet::KeyframePoints>(keyframe.points->body);
+      const fleet::PointArrays points = points_of(*keyframe.points);
       for (std::size_t i = 0; i < points.size() && fits; ++i) {
         const geometry::Vec3 p_map = *keyframe.T_map_body * point_of(points, i);
         const map::VoxelKey key = map::voxel_key(p_map, side_m);

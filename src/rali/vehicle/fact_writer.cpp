@@ -66,12 +66,12 @@ fleet::KeyframePoints FactWriter::points_of(std::uint32_t number,
   for (float& v : z) v -= origin.z();
   std::vector<std::uint32_t> kept;
   sampler_.sample_rays({x.data(), y.data(), z.data(), x.size()}, {}, settings_.spacing_m, kept);
+  fleet::PointArrays chosen;
   for (const std::uint32_t i : kept) {
-    points.x_m.push_back(cloud.x_m[i]);
-    points.y_m.push_back(cloud.y_m[i]);
-    points.z_m.push_back(cloud.z_m[i]);
-    points.intensity.push_back(to_byte(cloud.intensity[i]));
+    chosen.push_back(cloud.x_m[i], cloud.y_m[i], cloud.z_m[i]);
+    chosen.intensity.push_back(to_byte(cloud.intensity[i]));
   }
+  points.points = fleet::PackedPoints(chosen);
   return points;
 }
 

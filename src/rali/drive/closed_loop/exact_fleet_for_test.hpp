@@ -168,6 +168,7 @@ class ExactFleet final : public sim::FleetSoftware {
     const int vehicle = static_cast<int>(v);
     const geometry::SE3 T_world_body = sim_.truth(vehicle, now).state.T_world_body;
     fleet::KeyframePoints points;
+    fleet::PointArrays arrays;
     points.keyframe = number;
     points.T_body_lidar = sim_.calibration_true(vehicle).T_body_lidar;
     const geometry::SE3 T_world_lidar = T_world_body * points.T_body_lidar;
@@ -179,10 +180,10 @@ class ExactFleet final : public sim::FleetSoftware {
       const sim::Hit hit = caster_.cast(T_world_lidar.p, T_world_lidar.R * d, kReach_m);
       if (!(hit.range_m > 0.0F)) continue;
       const geometry::Vec3 p = points.T_body_lidar * (static_cast<double>(hit.range_m) * d);
-      points.x_m.push_back(static_cast<float>(p.x()));
-      points.y_m.push_back(static_cast<float>(p.y()));
-      points.z_m.push_back(static_cast<float>(p.z()));
+      arrays.push_back(static_cast<float>(p.x()), static_cast<float>(p.y()),
+                       static_cast<float>(p.z()));
     }
+    points.points = fleet::PackedPoints(arrays);
     return points;
   }
 

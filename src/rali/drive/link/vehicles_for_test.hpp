@@ -37,12 +37,13 @@ inline fleet::Fact some_fact(VehicleId vehicle, std::uint32_t seq, Time t) {
     fact.body = block;
   } else {
     fleet::KeyframePoints points;
+    fleet::PointArrays arrays;
     points.keyframe = seq;
     for (int k = 0; k < 100; ++k) {
-      points.x_m.push_back(static_cast<float>(0.07 * k));
-      points.y_m.push_back(static_cast<float>(std::sin(0.3 * k)));
-      points.z_m.push_back(static_cast<float>(s));
+      arrays.push_back(static_cast<float>(0.07 * k), static_cast<float>(std::sin(0.3 * k)),
+                       static_cast<float>(s));
     }
+    points.points = fleet::PackedPoints(arrays);
     fact.body = points;
   }
   return fact;

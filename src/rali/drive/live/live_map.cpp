@@ -62,9 +62,9 @@ LiveMap::LiveMap(std::size_t vehicles, const fleet::FleetSettings& settings,
                  fleet::FleetKnowledge known)
     : joint_(settings.joint), centre_(settings, std::move(known)), members_(vehicles) {}
 
-void LiveMap::add(const fleet::Fact& fact) {
+void LiveMap::add(const fleet::FactPtr& fact) {
   // A single vehicle has no peer to compare points with.
-  if (members_.size() == 1 && std::holds_alternative<fleet::KeyframePoints>(fact.body)) return;
+  if (members_.size() == 1 && std::holds_alternative<fleet::KeyframePoints>(fact->body)) return;
   centre_.add(fact);
 }
 
@@ -166,7 +166,7 @@ LiveMap::Entry LiveMap::entry_of(const fleet::FleetEstimate& estimate,
   --last;
   const auto node = path->node_of(last->first.seq);
   if (last->first.vehicle != frame.vehicle || !node) return entry;
-  const fleet::Increment& reported = path->nodes()[*node].step;
+  const fleet::Increment& reported = *path->nodes()[*node].step;
   entry.from = Entry::Keyframe{reported.T_odom_body, last->second.T_map_body, reported.covariance,
                                last->second.covariance};
   entry.T_map_local = last->second.T_map_body * reported.T_odom_body.inverse();

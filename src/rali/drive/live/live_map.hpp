@@ -46,7 +46,7 @@ class LiveMap {
   /// @param vehicles number of vehicles in the fleet, with a path or not
   LiveMap(std::size_t vehicles, const fleet::FleetSettings& settings, fleet::FleetKnowledge known);
 
-  void add(const fleet::Fact& fact);
+  void add(const fleet::FactPtr& fact);
 
   /// Solves a new table if one is due. @param now data time
   void advance(Time now, Executor& executor);

@@ -26,7 +26,7 @@ struct Received {
   void receive(const std::vector<fleet::Fact>& facts) {
     SerialExecutor executor;
     for (const fleet::Fact& fact : facts) {
-      map.add(fact);
+      map.add(std::make_shared<const fleet::Fact>(fact));
       const auto* step = std::get_if<fleet::Increment>(&fact.body);
       if (step == nullptr) continue;
       map.advance(fact.t, executor);
@@ -111,7 +111,7 @@ TEST(LiveMap, reports_shifts_of_the_map_pose_with_their_reason) {
   SerialExecutor executor;
   FleetForTest fleet({});
   for (const fleet::Fact& fact : fleet.round()) {
-    if (fact.key.vehicle.value == 0) map.add(fact);
+    if (fact.key.vehicle.value == 0) map.add(std::make_shared<const fleet::Fact>(fact));
   }
   map.advance(fleet.now(), executor);
   vehicle::PoseEstimate pose = pose_of(0, fleet.now(), {});
@@ -168,7 +168,7 @@ TEST(LiveMap, position_sigma_far_from_the_origin_includes_the_tilt_sigma) {
   SerialExecutor executor;
   FleetForTest fleet({});
   for (const fleet::Fact& fact : fleet.round()) {
-    if (fact.key.vehicle.value == 0) map.add(fact);
+    if (fact.key.vehicle.value == 0) map.add(std::make_shared<const fleet::Fact>(fact));
   }
   map.advance(fleet.now(), executor);
   vehicle::PoseEstimate pose = pose_of(0, fleet.now(), {});
@@ -191,7 +191,7 @@ TEST(LiveMap, waits_for_gravity_for_at_most_10_s) {
   SerialExecutor executor;
   FleetForTest fleet({});
   for (const fleet::Fact& fact : fleet.round()) {
-    if (fact.key.vehicle.value == 0) map.add(fact);
+    if (fact.key.vehicle.value == 0) map.add(std::make_shared<const fleet::Fact>(fact));
   }
   map.advance(fleet.now(), executor);
   vehicle::PoseEstimate pose = pose_of(0, fleet.now(), {});

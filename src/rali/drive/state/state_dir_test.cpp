@@ -28,7 +28,8 @@ fleet::FactPtr fact_of(VehicleId vehicle, std::uint32_t epoch, std::uint32_t seq
 
 fleet::FactPtr points_of(std::uint32_t seq, bool fine) {
   fleet::KeyframePoints points;
-  points.x_m = points.y_m = points.z_m = {1.0F, 2.0F};
+  const std::vector<float> diagonal_m = {1.0F, 2.0F};
+  points.points = fleet::PackedPoints(fleet::PointArrays{diagonal_m, diagonal_m, diagonal_m, {}});
   points.refinement = fine;
   return fact_of(kSelf, 0, seq, points);
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "rali/base/executor.hpp"
@@ -22,7 +24,9 @@ class Centre {
   Centre(const FleetSettings& settings, FleetKnowledge knowledge);
 
   /// Duplicates of a fact with the same key must be removed before.
-  void add(const Fact& fact) { paths_.add(fact.key, fact.t, fact.body); }
+  void add(const FactPtr& fact) { paths_.add(fact); }
+
+  void add(Fact fact) { add(std::make_shared<const Fact>(std::move(fact))); }
 
   /// Joins the frames, searches loops and solves for all known facts. The result is invalid if the
   /// flag was raised meanwhile.

@@ -44,9 +44,7 @@ VehiclePath driven(const world::World& w, std::uint16_t vehicle, double from_x_m
     KeyframePoints points;
     points.keyframe = k;
     points.T_body_lidar.p.z() = sensor.height_m;
-    points.x_m = scan.x_m;
-    points.y_m = scan.y_m;
-    points.z_m = scan.z_m;
+    points.points = PackedPoints(PointArrays{scan.x_m, scan.y_m, scan.z_m, {}});
     Increment step;
     step.node = k;
     step.keyframe = k;
@@ -124,7 +122,7 @@ TEST(FrameSearch, joins_two_paths_by_place_recognition_alone) {
   ASSERT_EQ(frames.groups.size(), 1U);
   EXPECT_EQ(frames.decided_by[1], DecidedBy::kScans);
   // Start of the second path relative to that of the first: 52 m ahead, rotated by half a turn.
-  const SE3 T = frames.T_map_odom[1] * paths[1].nodes().front().step.T_odom_body;
+  const SE3 T = frames.T_map_odom[1] * paths[1].nodes().front().step->T_odom_body;
   EXPECT_NEAR((T.p - Vec3(52.0, 0.0, 0.0)).norm(), 0.0, 0.1);
   EXPECT_NEAR(std::abs(places::yaw_of(T.R)), std::acos(-1.0), 0.005);
 }
@@ -182,7 +180,7 @@ TEST(FrameSearch, joins_paths_by_scans_despite_contradicting_ranges_through_wall
 
   const PathFrames frames = found(paths, ranges, {}, settings);
   ASSERT_EQ(frames.groups.size(), 1U);
-  const SE3 T = frames.T_map_odom[1] * paths[1].nodes().front().step.T_odom_body;
+  const SE3 T = frames.T_map_odom[1] * paths[1].nodes().front().step->T_odom_body;
   EXPECT_NEAR((T.p - Vec3(52.0, 0.0, 0.0)).norm(), 0.0, 0.2);
 }
 
@@ -210,7 +208,7 @@ TEST(FrameSearch, keeps_a_start_pose_confirmed_by_scans_against_contradicting_ra
   const JointRanges ranges = late_ranges(paths, T_odom1_world, T_odom2_world);
   const PathFrames frames = found(paths, ranges, {start_of_second()}, FleetSettings{});
   ASSERT_EQ(frames.groups.size(), 1U);
-  const SE3 T = frames.T_map_odom[1] * paths[1].nodes().front().step.T_odom_body;
+  const SE3 T = frames.T_map_odom[1] * paths[1].nodes().front().step->T_odom_body;
   EXPECT_NEAR((T.p - Vec3(52.0, 0.0, 0.0)).norm(), 0.0, 0.5);
 }
 
@@ -235,7 +233,7 @@ TEST(FrameSearch, rejects_a_start_pose_that_scans_contradict_and_joins_by_place_
   EXPECT_GE(out.contradicted[0].comparisons, 3);
   const PathFrames frames = frames_of(paths, out.solver.frames());
   ASSERT_EQ(frames.groups.size(), 1U);
-  const SE3 T = frames.T_map_odom[1] * paths[1].nodes().front().step.T_odom_body;
+  const SE3 T = frames.T_map_odom[1] * paths[1].nodes().front().step->T_odom_body;
   EXPECT_NEAR((T.p - Vec3(52.0, 0.0, 0.0)).norm(), 0.0, 0.1);
 }
 

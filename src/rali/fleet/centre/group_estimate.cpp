@@ -131,7 +131,7 @@ void Group::add_start(const StartPrior& start) {
 /// bare passage it may be metres off a start pose that the finished solution confirms.
 void Group::ask_starts_again() {
   const auto T_map_odom = [this](std::size_t path) {
-    const SE3& T_odom_body = in_.paths[path].nodes().front().step.T_odom_body;
+    const SE3& T_odom_body = in_.paths[path].nodes().front().step->T_odom_body;
     return joint_.T_map_body(path, 0) * T_odom_body.inverse();
   };
   const auto starts_now = [this](std::size_t path) { return joint_.begin(path) == 0; };
@@ -173,7 +173,7 @@ std::optional<places::Guess> Group::guess(std::size_t target, std::size_t source
   // every pair a candidate.
   const auto own = [this](std::size_t path, std::size_t from, std::size_t to) -> geometry::Vec6 {
     const auto& nodes = in_.paths[path].nodes();
-    return (nodes[to].step.covariance - nodes[from].step.covariance).diagonal().cwiseAbs();
+    return (nodes[to].step->covariance - nodes[from].step->covariance).diagonal().cwiseAbs();
   };
   if (t.path == s.path) {
     P.diagonal() += own(t.path, t.node, s.node);
@@ -352,12 +352,13 @@ void Group::report_paths(std::size_t group, FleetEstimate& out) {
     frame.group = group;
     frame.decided_by = in_.frames.decided_by[path];
     const std::size_t first = joint_.begin(path);
-    frame.T_map_odom = joint_.T_map_body(path, first) * p.nodes()[first].step.T_odom_body.inverse();
+    frame.T_map_odom =
+        joint_.T_map_body(path, first) * p.nodes()[first].step->T_odom_body.inverse();
     const Mat6 P = joint_.covariance(path, first);
     frame.sigma_m = std::sqrt(std::max(0.0, P(3, 3) + P(4, 4)));
     frame.sigma_rad = std::sqrt(std::max(0.0, P(2, 2)));
     for (std::size_t k = first; changed && k < p.nodes().size(); ++k) {
-      const Increment& step = p.nodes()[k].step;
+      const Increment& step = *p.nodes()[k].step;
       if (!step.keyframe) continue;
       out.keyframes[{p.vehicle(), *step.keyframe}] = {p.nodes()[k].t, joint_.T_map_body(path, k),
                                                       joint_.covariance(path, k)};

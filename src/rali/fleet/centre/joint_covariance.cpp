@@ -44,10 +44,10 @@ std::vector<Mat6> shape_covariances(const VehiclePath& path, const JointSettings
   Mat6 sum = Mat6::Zero();
   bool rested = false;
   for (const VehiclePath::Node& node : path.nodes()) {
-    const Mat6 A = about_origin(node.step.T_odom_body);
+    const Mat6 A = about_origin(node.step->T_odom_body);
     // Nodes at standstill are fixed to each other in the graph: no step.
-    if (!out.empty() && !rested) sum += A * of_step(node.step, settings) * A.transpose();
-    rested = node.step.at_rest;
+    if (!out.empty() && !rested) sum += A * of_step(*node.step, settings) * A.transpose();
+    rested = node.step->at_rest;
     const Mat6 B = A.partialPivLu().inverse();
     out.push_back(B * sum * B.transpose());
   }

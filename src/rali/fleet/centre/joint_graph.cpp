@@ -39,8 +39,8 @@ bool is_corrected(const VehiclePath::Node& before, const VehiclePath::Node& node
     return Vec3(step.T_odom_body.R.transpose() * step.v_odom_mps);
   };
   const double half_s = 0.5 * (node.t - before.t).s();
-  const Vec3 driven_m = half_s * (v_body_mps(before.step) + v_body_mps(node.step));
-  const SE3 T = before.step.T_odom_body.inverse() * node.step.T_odom_body;
+  const Vec3 driven_m = half_s * (v_body_mps(*before.step) + v_body_mps(*node.step));
+  const SE3 T = before.step->T_odom_body.inverse() * node.step->T_odom_body;
   return (T.p - driven_m).norm() > kCorrected_m;
 }
 
@@ -89,7 +89,7 @@ std::optional<Seq> JointGraph::seq(KeyframeId keyframe) const {
 }
 
 bool JointGraph::is_open(std::size_t path, std::size_t node) const {
-  const Increment& step = paths_[path].nodes()[node].step;
+  const Increment& step = *paths_[path].nodes()[node].step;
   return step.degenerate ||
          (paths_[path].ties_to_before(node) && is_loose(step.lidar_information, settings_.shape));
 }
@@ -109,7 +109,7 @@ std::vector<bool> JointGraph::inertial_nodes(std::size_t path) const {
     if (!is_open(path, k)) continue;
     const std::size_t begin = k > margin ? k - margin : 0;
     const std::size_t end = std::min(nodes.size(), k + margin + 1);
-    for (std::size_t i = begin; i < end; ++i) inertial[i] = nodes[i].step.levelled;
+    for (std::size_t i = begin; i < end; ++i) inertial[i] = nodes[i].step->levelled;
   }
   if (before_ == nullptr) return inertial;
   // A node keeps the unknowns it had when its round ended.
@@ -124,11 +124,11 @@ void JointGraph::add_path(std::size_t path) {
   const auto& nodes = paths_[path].nodes();
   const std::vector<bool> inertial = inertial_nodes(path);
   for (std::size_t k = begin_[path]; k < nodes.size(); ++k) {
-    const graph::KeyframeState state = state_in_map(nodes[k].step, *T_map_odom_[path]);
+    const graph::KeyframeState state = state_in_map(*nodes[k].step, *T_map_odom_[path]);
     if (inertial[k]) {
       graph_->add_state(state);
       const bool begins =
-          k == 0 || !inertial[k - 1] || !nodes[k].step.inertial || !paths_[path].ties_to_before(k);
+          k == 0 || !inertial[k - 1] || !nodes[k].step->inertial || !paths_[path].ties_to_before(k);
       if (begins) add_start_of_inertial(path, k);
     } else {
       graph_->add_pose(state.T_odom_body);
@@ -147,10 +147,10 @@ void JointGraph::add_path(std::size_t path) {
 /// stretch alone would have to learn it anew.
 void JointGraph::add_start_of_inertial(std::size_t path, std::size_t node) {
   const auto& nodes = paths_[path].nodes();
-  const Increment& step = nodes[node].step;
-  const bool goes_on = node + 1 < nodes.size() && nodes[node + 1].step.inertial;
+  const Increment& step = *nodes[node].step;
+  const bool goes_on = node + 1 < nodes.size() && nodes[node + 1].step->inertial;
   const geometry::Mat3 R_imu_body =
-      goes_on ? geometry::Mat3(nodes[node + 1].step.inertial->T_body_imu.R.transpose())
+      goes_on ? geometry::Mat3(nodes[node + 1].step->inertial->T_body_imu.R.transpose())
               : geometry::Mat3::Identity();
   const double g_mps2 = step.g_odom_mps2.norm();
   graph::PriorFactor prior;
@@ -177,7 +177,7 @@ void JointGraph::add_start_of_inertial(std::size_t path, std::size_t node) {
 /// The path's first node that knows gravity; the number of its nodes if none does.
 std::size_t JointGraph::first_levelled(std::size_t path) const {
   const auto& nodes = paths_[path].nodes();
-  const auto levelled = [](const VehiclePath::Node& node) { return node.step.levelled; };
+  const auto levelled = [](const VehiclePath::Node& node) { return node.step->levelled; };
   const auto first = std::find_if(nodes.begin(), nodes.end(), levelled);
   return static_cast<std::size_t>(first - nodes.begin());
 }
@@ -193,12 +193,12 @@ void JointGraph::add_initialised(std::size_t path) {
   const std::size_t k = first_levelled(path);
   if (k == 0 || k == nodes.size()) return;
   for (std::size_t i = 1; i <= k; ++i) {
-    if (nodes[i].step.begins) return;
+    if (nodes[i].step->begins) return;
   }
-  const SE3& first = nodes[0].step.T_odom_body;
+  const SE3& first = nodes[0].step->T_odom_body;
   graph::RelativePoseFactor factor{seq(path, 0), seq(path, k),
-                                   first.inverse() * nodes[k].step.T_odom_body};
-  geometry::Mat3 P_m2 = nodes[k].step.covariance.bottomRightCorner<3, 3>();
+                                   first.inverse() * nodes[k].step->T_odom_body};
+  geometry::Mat3 P_m2 = nodes[k].step->covariance.bottomRightCorner<3, 3>();
   P_m2.diagonal().array() += settings_.shape.loose_m * settings_.shape.loose_m;
   factor.information.bottomRightCorner<3, 3>() = first.R.transpose() * P_m2.inverse() * first.R;
   if (factor.information.allFinite()) graph_->add(factor);
@@ -207,8 +207,8 @@ void JointGraph::add_initialised(std::size_t path) {
 void JointGraph::add_steps(std::size_t path) {
   const auto& nodes = paths_[path].nodes();
   for (std::size_t k = begin_[path] + 1; k < nodes.size(); ++k) {
-    const Increment& before = nodes[k - 1].step;
-    const Increment& step = nodes[k].step;
+    const Increment& before = *nodes[k - 1].step;
+    const Increment& step = *nodes[k].step;
     graph::RelativePoseFactor shape;
     shape.i = seq(path, k - 1);
     shape.j = seq(path, k);
@@ -249,11 +249,11 @@ void JointGraph::add_steps(std::size_t path) {
 void JointGraph::add_standstill(std::size_t path) {
   const auto& nodes = paths_[path].nodes();
   for (std::size_t k = begin_[path]; k < nodes.size(); ++k) {
-    if (!nodes[k].step.at_rest) continue;
+    if (!nodes[k].step->at_rest) continue;
     graph::StandstillFactor rest;
     rest.i = seq(path, k);
     const bool stays =
-        k + 1 < nodes.size() && nodes[k + 1].step.at_rest && !nodes[k + 1].step.begins;
+        k + 1 < nodes.size() && nodes[k + 1].step->at_rest && !nodes[k + 1].step->begins;
     if (stays) rest.next = seq(path, k + 1);
     if (stays || has_speed(rest.i)) graph_->add(rest);
   }
@@ -265,7 +265,7 @@ std::optional<std::size_t> JointGraph::known_before(std::size_t path, std::size_
                                                     const Regained& found) const {
   const double loose_m2 = settings_.shape.loose_m * settings_.shape.loose_m;
   for (std::size_t k = node; k > begin_[path] && paths_[path].ties_to_before(k); --k) {
-    const Increment& step = paths_[path].nodes()[k - 1].step;
+    const Increment& step = *paths_[path].nodes()[k - 1].step;
     const double variance_m2 = position_variance_m2(step.covariance, found.axis_odom);
     if (variance_m2 <= found.variance_m2 + loose_m2) return k - 1;
   }
@@ -280,14 +280,14 @@ std::optional<std::size_t> JointGraph::known_before(std::size_t path, std::size_
 /// @param shape of the step to the node; gives no constraint along such a direction any more
 void JointGraph::add_regained(std::size_t path, std::size_t node,
                               graph::RelativePoseFactor& shape) {
-  const Increment& step = paths_[path].nodes()[node].step;
-  const Increment& before = paths_[path].nodes()[node - 1].step;
+  const Increment& step = *paths_[path].nodes()[node].step;
+  const Increment& before = *paths_[path].nodes()[node - 1].step;
   const double loose_m2 = settings_.shape.loose_m * settings_.shape.loose_m;
   for (const Regained& found :
        regained(before.covariance, step.covariance, step.lidar_information, settings_.shape)) {
     const std::optional<std::size_t> known = known_before(path, node, found);
     if (!known) continue;
-    const Increment& from = paths_[path].nodes()[*known].step;
+    const Increment& from = *paths_[path].nodes()[*known].step;
     const double grown_m2 =
         found.variance_m2 - position_variance_m2(from.covariance, found.axis_odom);
     const Vec3 axis = from.T_odom_body.R.transpose() * found.axis_odom;
@@ -309,7 +309,7 @@ void JointGraph::add(const StartPrior& prior) {
   if (!T_map_odom_[prior.relative_to] || !T_map_odom_[prior.path]) return;
   if (begin_[prior.relative_to] > 0 || begin_[prior.path] > 0) return;  // in the separator prior
   const auto T_body_level = [this](std::size_t path) {
-    const SE3& T = paths_[path].nodes().front().step.T_odom_body;
+    const SE3& T = paths_[path].nodes().front().step->T_odom_body;
     return T.inverse() * level_start(T, paths_[path].up_odom());
   };
   graph::RelativePoseFactor factor;
@@ -317,7 +317,7 @@ void JointGraph::add(const StartPrior& prior) {
   factor.j = seq(prior.path, 0);
   factor.T_i_j =
       T_body_level(prior.relative_to) * prior.T_relative_path * T_body_level(prior.path).inverse();
-  const Vec3 up_body = paths_[prior.path].nodes().front().step.T_odom_body.R.transpose() *
+  const Vec3 up_body = paths_[prior.path].nodes().front().step->T_odom_body.R.transpose() *
                        paths_[prior.path].up_odom();
   factor.information.topLeftCorner<3, 3>() =
       inverse_square(prior.sigma_rad) * up_body * up_body.transpose();
@@ -358,7 +358,7 @@ SE3 JointGraph::T_map_body(std::size_t path, std::size_t node) const {
 /// the filter's covariance. The first scan of a map was compared with none: its whole filter
 /// covariance is the map's.
 Mat6 JointGraph::covariance(std::size_t path, std::size_t node) {
-  const Increment& step = paths_[path].nodes()[node].step;
+  const Increment& step = *paths_[path].nodes()[node].step;
   Mat6 turn = Mat6::Identity();
   turn.bottomRightCorner<3, 3>() = T_map_odom_[path]->R;
   const Mat6 fraction =

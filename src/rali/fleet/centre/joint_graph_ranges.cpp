@@ -108,10 +108,10 @@ graph::RangeEnd JointGraph::end_of(std::size_t path, const RangeEnd& end) const 
   graph::RangeEnd factor;
   const std::size_t k = end.place.node;
   factor.i = seq(path, k);
-  factor.p_i_m = nodes[k].step.T_odom_body.inverse() * end.p_odom_m;
+  factor.p_i_m = nodes[k].step->T_odom_body.inverse() * end.p_odom_m;
   if (k + 1 < nodes.size() && end.place.alpha > 0.0) {
     factor.j = seq(path, k + 1);
-    factor.p_j_m = nodes[k + 1].step.T_odom_body.inverse() * end.p_odom_m;
+    factor.p_j_m = nodes[k + 1].step->T_odom_body.inverse() * end.p_odom_m;
     factor.alpha = end.place.alpha;
   }
   return factor;
@@ -123,7 +123,7 @@ Vec3 JointGraph::velocity_map(std::size_t path, const RangeEnd& end) const {
   const std::size_t k = end.place.node;
   if (k + 1 >= nodes.size() || end.at_rest) return Vec3::Zero();
   const double span_s = (nodes[k + 1].t - nodes[k].t).s();
-  const Vec3 step_m = nodes[k + 1].step.T_odom_body.p - nodes[k].step.T_odom_body.p;
+  const Vec3 step_m = nodes[k + 1].step->T_odom_body.p - nodes[k].step->T_odom_body.p;
   return T_map_odom_[path]->R * (step_m / span_s);
 }
 
@@ -283,8 +283,8 @@ std::vector<UsedRange> JointGraph::used_ranges() {
     };
     UsedRange used;
     used.t = range.factor.t;
-    used.a = {paths_[pair.a.path].vehicle(), *paths_[pair.a.path].nodes()[*a].step.keyframe};
-    used.b = {paths_[pair.b.path].vehicle(), *paths_[pair.b.path].nodes()[*b].step.keyframe};
+    used.a = {paths_[pair.a.path].vehicle(), *paths_[pair.a.path].nodes()[*a].step->keyframe};
+    used.b = {paths_[pair.b.path].vehicle(), *paths_[pair.b.path].nodes()[*b].step->keyframe};
     // The range as it would be between the keyframes, with its own residual kept.
     used.range_m =
         (antenna(pair.a, *a) - antenna(pair.b, *b)).norm() - graph_->residual(range.factor);
@@ -300,8 +300,8 @@ std::optional<std::size_t> JointGraph::keyframe_near(std::size_t path,
   const auto& nodes = paths_[path].nodes();
   const std::size_t at = path_node(end.i).node;
   for (std::size_t off = 0; off < nodes.size(); ++off) {
-    if (off <= at - begin_[path] && nodes[at - off].step.keyframe) return at - off;
-    if (at + off < nodes.size() && nodes[at + off].step.keyframe) return at + off;
+    if (off <= at - begin_[path] && nodes[at - off].step->keyframe) return at - off;
+    if (at + off < nodes.size() && nodes[at + off].step->keyframe) return at + off;
   }
   return std::nullopt;
 }

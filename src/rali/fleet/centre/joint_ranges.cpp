@@ -34,14 +34,14 @@ std::optional<RangeEnd> end_of(const VehiclePath& path, std::uint8_t antenna, Ti
   end.place = *place;
   if (reported != nullptr) end.place.T_odom_body = reported->T_odom_body;
   end.p_odom_m = end.place.T_odom_body * path.antennas_body_m()[antenna];
-  const Increment& before = path.nodes()[place->node].step;
+  const Increment& before = *path.nodes()[place->node].step;
   end.at_rest = reported != nullptr ? reported->at_rest : before.at_rest;
   if (end.at_rest) {
     end.v_odom_mps = geometry::Vec3::Zero();
     return end;
   }
   const std::size_t next = std::min(place->node + 1, path.nodes().size() - 1);
-  const Increment& after = path.nodes()[next].step;
+  const Increment& after = *path.nodes()[next].step;
   if (before.levelled && after.levelled) {
     end.v_odom_mps = (1.0 - place->alpha) * before.v_odom_mps + place->alpha * after.v_odom_mps;
   }
@@ -77,12 +77,13 @@ class Repetitions {
 JointRanges join_ranges(std::span<const VehiclePath> paths, std::optional<Time> since) {
   std::map<Key, Reported> exchanges;
   for (std::size_t i = 0; i < paths.size(); ++i) {
-    const std::vector<RangeEntry>& reported = paths[i].ranges();
+    const auto& reported = paths[i].ranges();
     const auto begin =
         since ? std::lower_bound(reported.begin(), reported.end(), *since,
-                                 [](const RangeEntry& entry, Time t) { return entry.t < t; })
+                                 [](const auto& entry, Time t) { return entry->t < t; })
               : reported.begin();
-    for (const RangeEntry& entry : std::span(begin, reported.end())) {
+    for (const std::shared_ptr<const RangeEntry>& shared : std::span(begin, reported.end())) {
+      const RangeEntry& entry = *shared;
       const auto from = index_of(paths, entry.from);
       const auto to = index_of(paths, entry.to);
       if (!from || !to || from == to) continue;

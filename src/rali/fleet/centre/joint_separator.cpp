@@ -80,7 +80,7 @@ bool JointGraph::any_degenerate() const {
     if (!T_map_odom_[path]) continue;
     const auto& nodes = paths_[path].nodes();
     const auto begin = nodes.begin() + static_cast<std::ptrdiff_t>(begin_[path]);
-    if (std::any_of(begin, nodes.end(), [](const auto& n) { return n.step.degenerate; }))
+    if (std::any_of(begin, nodes.end(), [](const auto& n) { return n.step->degenerate; }))
       return true;
   }
   return false;
@@ -174,14 +174,14 @@ SeparatorPrior JointGraph::separator(Time until) {
       ++last;
     }
     const Seq at = seq(path, last);
-    out.paths.push_back({stream_of(paths_[path]), nodes[last].step.node, graph_->pose(at),
+    out.paths.push_back({stream_of(paths_[path]), nodes[last].step->node, graph_->pose(at),
                          graph_->covariance(at), holds_map_ == at});
   }
   left.marginalise(std::move(leave));
   const graph::DensePrior& prior = left.separator();
   for (const auto& block : prior.keyframes) {
     const PathNode at = path_node(block.seq);
-    out.nodes.push_back({stream_of(paths_[at.path]), paths_[at.path].nodes()[at.node].step.node,
+    out.nodes.push_back({stream_of(paths_[at.path]), paths_[at.path].nodes()[at.node].step->node,
                          has_speed(block.seq), block.x_lin});
   }
   for (const auto& block : prior.globals) {

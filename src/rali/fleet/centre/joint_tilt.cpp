@@ -40,7 +40,7 @@ void JointGraph::add_tilt(std::size_t path) {
   const std::size_t first = first_levelled(path);
   double added = 0.0;  // information of the factors so far [1/rad^2]
   for (std::size_t k = 0; k < nodes.size(); ++k) {
-    const Increment& step = nodes[k].step;
+    const Increment& step = *nodes[k].step;
     const bool due = k < first ? k == 0 : (k - first) % every == 0 && step.levelled;
     if (!due) continue;
     const double nth = k < first ? 1.0 : 1.0 + static_cast<double>((k - first) / every);
@@ -76,7 +76,7 @@ std::optional<Seq> JointGraph::level_reference() const {
   for (std::size_t path = 0; path < paths_.size(); ++path) {
     if (!T_map_odom_[path] || paths_[path].nodes().empty()) continue;
     const Increment* newest = paths_[path].newest_levelled();
-    const Increment& step = newest != nullptr ? *newest : paths_[path].nodes().front().step;
+    const Increment& step = newest != nullptr ? *newest : *paths_[path].nodes().front().step;
     const double own_rad = level_sigma_rad(step, settings_);
     if (best && !(own_rad < sigma_rad)) continue;
     best = seq(path, begin_[path]);

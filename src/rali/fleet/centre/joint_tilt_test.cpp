@@ -75,7 +75,7 @@ TEST(JointTilt, degenerate_stretches_without_a_known_gravity_leave_finite_poses)
   const VehiclePath driven = path(0, 60, true, true);
   VehiclePath p(VehicleId{0});
   for (const VehiclePath::Node& node : driven.nodes()) {
-    Increment step = node.step;
+    Increment step = *node.step;
     step.g_odom_mps2.setZero();
     p.add(node.t, step);
   }
@@ -96,7 +96,7 @@ double late_pitch_sigma_deg(std::uint32_t nodes) {
   const VehiclePath levelled = path(1, nodes);
   VehiclePath late(VehicleId{1});
   for (const VehiclePath::Node& node : levelled.nodes()) {
-    Increment step = node.step;
+    Increment step = *node.step;
     step.levelled = step.node > 0;
     late.add(node.t, step);
   }
@@ -119,7 +119,7 @@ double map_tilt_deg(double error_deg, double first_sigma_deg, double second_sigm
     const VehiclePath straight = path(v, kNodes);
     VehiclePath p(VehicleId{v});
     for (const VehiclePath::Node& node : straight.nodes()) {
-      Increment step = node.step;
+      Increment step = *node.step;
       step.level_sigma_rad = kDegree * (v == 0 ? first_sigma_deg : second_sigma_deg);
       if (v == 0) {
         step.g_odom_mps2 =
@@ -212,7 +212,7 @@ Standing standing_beside_driving(double loop_deg) {
     const VehiclePath straight = path(v, v == 0 ? 1 : 400);
     VehiclePath p(VehicleId{v});
     for (const VehiclePath::Node& node : straight.nodes()) {
-      Increment step = node.step;
+      Increment step = *node.step;
       const double sigma_deg = v == 0 ? 1.2 * std::sqrt(0.5) : 0.3;  // 1/2: the first node's weight
       step.level_sigma_rad = kDegree * std::sqrt(sigma_deg * sigma_deg - 0.3 * 0.3);
       const Vec3 down(0.0, 0.0, -9.81);

@@ -14,7 +14,7 @@ namespace {
 
 /// The map of a group in its first vehicle's levelled odom.
 SE3 T_level_map(const VehiclePath& path) {
-  return level_start(T_level_odom(path) * path.nodes().front().step.T_odom_body, Vec3::UnitZ());
+  return level_start(T_level_odom(path) * path.nodes().front().step->T_odom_body, Vec3::UnitZ());
 }
 
 }  // namespace
@@ -59,7 +59,7 @@ void add_ranges(std::span<const VehiclePath> paths, const JointRanges& ranges,
     const AntennaPair& pair = ranges.pairs[static_cast<std::size_t>(r.pair)];
     const auto covariance = [&](std::size_t path, const RangeEnd& end) {
       const geometry::Mat3 P =
-          paths[path].nodes()[end.place.node].step.covariance.bottomRightCorner<3, 3>();
+          paths[path].nodes()[end.place.node].step->covariance.bottomRightCorner<3, 3>();
       return geometry::Mat3(T_level[path].R * P * T_level[path].R.transpose());
     };
     RangeObservation o;

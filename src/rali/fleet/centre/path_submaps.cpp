@@ -1,6 +1,7 @@
 #include "rali/fleet/centre/path_submaps.hpp"
 
 #include <algorithm>
+#include <deque>
 #include <optional>
 
 namespace rali::fleet {
@@ -30,9 +31,9 @@ std::vector<std::vector<Stop>> stops_of(const VehiclePath& path, std::size_t beg
   double path_m = 0.0;
   const auto& nodes = path.nodes();
   for (std::size_t k = 0; k < nodes.size(); ++k) {
-    const Increment& step = nodes[k].step;
+    const Increment& step = *nodes[k].step;
     if (k > 0 && !step.begins) {
-      path_m += std::min(leap_m, (step.T_odom_body.p - nodes[k - 1].step.T_odom_body.p).norm());
+      path_m += std::min(leap_m, (step.T_odom_body.p - nodes[k - 1].step->T_odom_body.p).norm());
     }
     if (step.begins && !parts.back().empty()) parts.emplace_back();
     if (!step.keyframe || k < begin) continue;
@@ -70,6 +71,7 @@ std::optional<PathSubmap> make(const VehiclePath& path, const std::vector<Stop>&
                                const places::PlacesSettings& settings) {
   const Vec3 up_odom = path.up_odom();
   std::vector<places::PosedScan> scans;
+  std::deque<PointArrays> arrays;  // does not move what the scans refer to
   std::size_t middle = 0;
   const std::size_t n = cut.last - cut.first + 1;
   const std::size_t every =
@@ -77,16 +79,17 @@ std::optional<PathSubmap> make(const VehiclePath& path, const std::vector<Stop>&
   for (std::size_t i = cut.first; i <= cut.last; ++i) {
     if (i != cut.middle && (i - cut.first) % every != 0) continue;
     if (i == cut.middle) middle = scans.size();
-    const Increment& step = path.nodes()[stops[i].node].step;
+    const Increment& step = *path.nodes()[stops[i].node].step;
     const KeyframePoints& points = *stops[i].points;
     places::PosedScan scan;
     scan.T_odom_body = step.T_odom_body;
     scan.scan.id = {path.vehicle(), points.keyframe};
     scan.scan.T_body_lidar = points.T_body_lidar;
     scan.scan.up_body = (step.T_odom_body.R.transpose() * up_odom).normalized();
-    scan.scan.x_m = points.x_m;
-    scan.scan.y_m = points.y_m;
-    scan.scan.z_m = points.z_m;
+    const PointArrays& seen = arrays.emplace_back(points.points.unpacked());
+    scan.scan.x_m = seen.x_m;
+    scan.scan.y_m = seen.y_m;
+    scan.scan.z_m = seen.z_m;
     scans.push_back(scan);
   }
   Result<places::Submap> submap = places::make_submap(scans, middle, settings.submap);

@@ -19,7 +19,7 @@ VehiclePath path_at(const std::vector<double>& x_m) {
     path.add(Time::from_s(k), step);
     KeyframePoints points;
     points.keyframe = k;
-    points.x_m = points.y_m = points.z_m = {1.0F};
+    points.points = PackedPoints(PointArrays{{1.0F}, {1.0F}, {1.0F}, {}});
     path.add(Time::from_s(k), points);
   }
   return path;

@@ -42,7 +42,7 @@ inline VehiclePath straight_path(std::uint16_t id) {
 /// The piece around a node that is a keyframe: a single point, because it is not compared.
 inline PathSubmap piece_of(const VehiclePath& path, std::size_t index, std::size_t node) {
   const std::vector<float> x = {1.0F};
-  const Increment& step = path.nodes()[node].step;
+  const Increment& step = *path.nodes()[node].step;
   places::PosedScan scan;
   scan.scan.id = {path.vehicle(), *step.keyframe};
   scan.scan.x_m = scan.scan.y_m = scan.scan.z_m = x;

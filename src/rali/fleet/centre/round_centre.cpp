@@ -220,7 +220,7 @@ bool RoundCentre::separator_moved(const FleetEstimate& estimate) const {
       if (stream_of(paths()[i]) != known.stream) continue;
       const auto node = paths()[i].index_of(known.node);
       if (!node) return true;
-      const SE3 T = estimate.frames[i].T_map_odom * paths()[i].nodes()[*node].step.T_odom_body;
+      const SE3 T = estimate.frames[i].T_map_odom * paths()[i].nodes()[*node].step->T_odom_body;
       const geometry::Vec6 moved = geometry::boxminus(T, known.T_map_body);
       for (int k = 0; k < 6; ++k) {
         const double sigma = std::sqrt(std::max(0.0, known.covariance(k, k)));
@@ -327,10 +327,10 @@ std::optional<FleetEstimate> finished_before(const SeparatorPrior& separator,
     VehicleFrame frame;
     frame.vehicle = path.vehicle();
     frame.epoch = path.epoch();
-    frame.T_map_odom = known->T_map_body * path.nodes()[begin].step.T_odom_body.inverse();
+    frame.T_map_odom = known->T_map_body * path.nodes()[begin].step->T_odom_body.inverse();
     bool first = true;
     for (std::size_t k = 0; k < begin; ++k) {
-      const Increment& step = path.nodes()[k].step;
+      const Increment& step = *path.nodes()[k].step;
       if (!step.keyframe) continue;
       const KeyframeId id{path.vehicle(), *step.keyframe};
       const auto pose = keyframes.find(id);

@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "rali/base/executor.hpp"
@@ -30,7 +31,9 @@ class RoundCentre {
  public:
   RoundCentre(const FleetSettings& settings, FleetKnowledge knowledge);
 
-  void add(const Fact& fact) { centre_.add(fact); }
+  void add(const FactPtr& fact) { centre_.add(fact); }
+
+  void add(Fact fact) { centre_.add(std::move(fact)); }
 
   /// Solves for all known facts. @param stop if it is raised meanwhile, nothing changes
   const FleetEstimate& estimate(Executor& executor, StopFlag stop = {});

@@ -236,9 +236,7 @@ RoundCentre through_a_room(const Room& room, bool solved = true) {
       KeyframePoints points;
       points.keyframe = nodes[v];
       points.T_body_lidar.p.z() = 0.6;
-      points.x_m = scan.x_m;
-      points.y_m = scan.y_m;
-      points.z_m = scan.z_m;
+      points.points = PackedPoints(PointArrays{scan.x_m, scan.y_m, scan.z_m, {}});
       centre.add({{VehicleId{v}, 0, facts[v]++}, Time::from_s(t_s), points});
     }
     ++nodes[v];

@@ -24,13 +24,13 @@ constexpr double kTurnPerMetre_rad = 0.0005;
 constexpr double kUnknown_m = 10.0;
 
 SE3 T_level_body(const VehiclePath& path, std::size_t node) {
-  return T_level_odom(path) * path.nodes()[node].step.T_odom_body;
+  return T_level_odom(path) * path.nodes()[node].step->T_odom_body;
 }
 
 /// Covariance of (heading, position) of a node in its path's levelled odom, as the odometry
 /// reported it.
 Mat4 drift_of(const VehiclePath& path, std::size_t node) {
-  const Increment& step = path.nodes()[node].step;
+  const Increment& step = *path.nodes()[node].step;
   const geometry::Mat6& P = step.covariance;
   const geometry::Mat3 R = T_level_odom(path).R;
   const geometry::Mat3 R_body = R * step.T_odom_body.R;

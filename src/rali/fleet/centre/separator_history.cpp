@@ -18,7 +18,7 @@ bool ends_where(std::span<const VehiclePath> paths, const SeparatorPrior& separa
     if (path == nullptr) return false;
     const auto node = path->index_of(known.node);
     if (!node) return false;
-    const auto& keyframe = path->nodes()[*node].step.keyframe;
+    const auto& keyframe = path->nodes()[*node].step->keyframe;
     if (!keyframe) continue;
     const auto pose = estimate.keyframes.find({path->vehicle(), *keyframe});
     if (pose == estimate.keyframes.end()) continue;

@@ -71,7 +71,7 @@ PathFrames at_separator(std::span<const VehiclePath> paths, const SeparatorPrior
       if (known.stream != stream_of(paths[i])) continue;
       const auto node = paths[i].index_of(known.node);
       if (!node) continue;
-      frames.T_map_odom[i] = known.T_map_body * paths[i].nodes()[*node].step.T_odom_body.inverse();
+      frames.T_map_odom[i] = known.T_map_body * paths[i].nodes()[*node].step->T_odom_body.inverse();
     }
   }
   return frames;

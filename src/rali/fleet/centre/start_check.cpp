@@ -13,7 +13,7 @@ RejectedStart off_start(std::span<const VehiclePath> paths, const StartPrior& st
                         const SE3& T_map_odom_relative, const SE3& T_map_odom_path) {
   const auto level = [&](std::size_t path) {
     const VehiclePath& p = paths[path];
-    return level_start(p.nodes().front().step.T_odom_body, p.up_odom());
+    return level_start(p.nodes().front().step->T_odom_body, p.up_odom());
   };
   const SE3 found = (T_map_odom_relative * level(start.relative_to)).inverse() * T_map_odom_path *
                     level(start.path);

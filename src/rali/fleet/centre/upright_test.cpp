@@ -27,9 +27,7 @@ VehiclePath carried(const world::World& w, const SE3& T_odom_world, bool levelle
     KeyframePoints points;
     points.keyframe = k;
     points.T_body_lidar.p.z() = sensor.height_m;
-    points.x_m = scan.x_m;
-    points.y_m = scan.y_m;
-    points.z_m = scan.z_m;
+    points.points = PackedPoints(PointArrays{scan.x_m, scan.y_m, scan.z_m, {}});
     Increment step;
     step.node = k;
     step.keyframe = k;
@@ -50,11 +48,12 @@ VehiclePath path_of(const std::vector<Vec3>& p) {
   step.begins = true;
   path.add(Time::from_s(0), step);
   KeyframePoints points;
+  PointArrays arrays;
   for (const Vec3& at : p) {
-    points.x_m.push_back(static_cast<float>(at.x()));
-    points.y_m.push_back(static_cast<float>(at.y()));
-    points.z_m.push_back(static_cast<float>(at.z()));
+    arrays.push_back(static_cast<float>(at.x()), static_cast<float>(at.y()),
+                     static_cast<float>(at.z()));
   }
+  points.points = PackedPoints(arrays);
   path.add(Time::from_s(0), points);
   return path;
 }

@@ -15,8 +15,6 @@ class Hash {
 
   void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
 
-  void add(float value) { add(std::uint64_t{std::bit_cast<std::uint32_t>(value)}); }
-
   template <class Derived>
   void add(const Eigen::MatrixBase<Derived>& m) {
     for (Eigen::Index i = 0; i < m.rows(); ++i) {
@@ -113,10 +111,9 @@ void add(Hash& h, const RangeBlock& block) {
 void add(Hash& h, const KeyframePoints& points) {
   h.add(std::uint64_t{points.keyframe});
   h.add(points.T_body_lidar);
-  h.add_list(points.x_m);
-  h.add_list(points.y_m);
-  h.add_list(points.z_m);
-  h.add_list(points.intensity);
+  h.add(std::uint64_t{points.size()});
+  h.add(word(points.points.has_intensity()));
+  h.add_list(points.points.bytes());
   h.add(word(points.refinement));
 }
 

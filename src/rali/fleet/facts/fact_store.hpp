@@ -15,8 +15,6 @@
 
 namespace rali::fleet {
 
-using FactPtr = std::shared_ptr<const Fact>;
-
 /// Limits on the memory that other vehicles can make a vehicle use (middleware 4.2).
 struct StoreLimits {
   std::size_t streams = 1024;

@@ -2,6 +2,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -9,6 +10,7 @@
 
 #include "rali/base/ids.hpp"
 #include "rali/base/time.hpp"
+#include "rali/fleet/facts/packed_points.hpp"
 #include "rali/geometry/se3.hpp"
 #include "rali/graph/factors.hpp"
 
@@ -71,12 +73,10 @@ struct RangeBlock {
 struct KeyframePoints {
   std::uint32_t keyframe = 0;
   geometry::SE3 T_body_lidar;  ///< origin of the rays
-  std::vector<float> x_m, y_m, z_m;
-  std::vector<std::uint8_t> intensity;  ///< 0 to 255; empty or as many as points
-  bool refinement = false;              ///< finer points of a keyframe that is already known
-                                        ///< coarsely
+  PackedPoints points;
+  bool refinement = false;  ///< finer points of a keyframe that is already known coarsely
 
-  [[nodiscard]] std::size_t size() const { return x_m.size(); }
+  [[nodiscard]] std::size_t size() const { return points.size(); }
 };
 
 /// Loop closure: two keyframes that observe the same place.
@@ -110,5 +110,7 @@ struct Fact {
   /// Unread trailing bytes from a newer program, unchanged: a forwarded fact must not be shortened.
   std::vector<std::uint8_t> unread = {};
 };
+
+using FactPtr = std::shared_ptr<const Fact>;
 
 }  // namespace rali::fleet

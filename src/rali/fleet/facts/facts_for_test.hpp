@@ -76,14 +76,16 @@ inline RangeBlock random_ranges(Rng& rng, VehicleId self, int peers, int count) 
 
 inline KeyframePoints random_points(Rng& rng, std::size_t n, bool with_intensity) {
   KeyframePoints points;
+  PointArrays arrays;
   points.keyframe = 17;
   points.T_body_lidar = random_pose(rng);
   for (std::size_t k = 0; k < n; ++k) {
-    points.x_m.push_back(static_cast<float>(rng.uniform(-50.0, 50.0)));
-    points.y_m.push_back(static_cast<float>(rng.uniform(-2.0, 2.0)));
-    points.z_m.push_back(static_cast<float>(rng.uniform(-1.0, 2.0)));
-    if (with_intensity) points.intensity.push_back(static_cast<std::uint8_t>(rng.below(256)));
+    const auto x = static_cast<float>(rng.uniform(-50.0, 50.0));
+    const auto y = static_cast<float>(rng.uniform(-2.0, 2.0));
+    arrays.push_back(x, y, static_cast<float>(rng.uniform(-1.0, 2.0)));
+    if (with_intensity) arrays.intensity.push_back(static_cast<std::uint8_t>(rng.below(256)));
   }
+  points.points = PackedPoints(arrays);
   return points;
 }
 

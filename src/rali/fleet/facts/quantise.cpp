@@ -128,22 +128,10 @@ Fault round(RangeBlock& block) {
 }
 
 Fault round(KeyframePoints& points) {
-  const std::size_t n = points.size();
-  if (n > kPointsMax) return "holds too many points";
-  if (points.y_m.size() != n || points.z_m.size() != n ||
-      (!points.intensity.empty() && points.intensity.size() != n)) {
-    return "has lists of unequal length";
-  }
+  if (points.size() > kPointsMax) return "holds too many points";
   if (!sane(points.T_body_lidar)) return kNoNumber;
-  constexpr auto kLimit_m = static_cast<float>((kPointSteps - 1) * kPointStep_m);
-  for (const std::vector<float>* list : {&points.x_m, &points.y_m, &points.z_m}) {
-    for (const float v : *list) {
-      if (!(std::abs(v) <= kLimit_m)) return kNoNumber;
-    }
-  }
   points.T_body_lidar.R = rounded(points.T_body_lidar.R);
   points.T_body_lidar.p = as_float(points.T_body_lidar.p);
-  points_of(point_codes(points), points);
   return std::nullopt;
 }
 
@@ -180,7 +168,8 @@ std::size_t bytes_about(const Fact& fact) {
     return kFrame + kRange * block->ranges.size() + fact.unread.size();
   }
   if (const auto* points = std::get_if<KeyframePoints>(&fact.body)) {
-    return kFrame + kPoint * points->size() + points->intensity.size() / 3 + fact.unread.size();
+    const std::size_t intensity = points->points.has_intensity() ? points->size() / 3 : 0;
+    return kFrame + kPoint * points->size() + intensity + fact.unread.size();
   }
   if (const auto* step = std::get_if<Increment>(&fact.body)) {
     return kIncrement + (step->inertial ? kInertial : 0) + fact.unread.size();

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdlib>
-#include <tuple>
 
 #include <Eigen/Geometry>
 
@@ -37,30 +36,6 @@ RotationCode code_once(const std::array<double, 4>& q, double steps) {
     if (i != largest) code.parts[at++] = static_cast<std::int32_t>(sign * rounded[i]);
   }
   return code;
-}
-
-std::uint64_t spread(std::uint64_t v) {
-  v &= 0x1FFFFFULL;
-  v = (v | v << 32) & 0x1F00000000FFFFULL;
-  v = (v | v << 16) & 0x1F0000FF0000FFULL;
-  v = (v | v << 8) & 0x100F00F00F00F00FULL;
-  v = (v | v << 4) & 0x10C30C30C30C30C3ULL;
-  return (v | v << 2) & 0x1249249249249249ULL;
-}
-
-std::int32_t gathered(std::uint64_t v) {
-  v &= 0x1249249249249249ULL;
-  v = (v | v >> 2) & 0x10C30C30C30C30C3ULL;
-  v = (v | v >> 4) & 0x100F00F00F00F00FULL;
-  v = (v | v >> 8) & 0x1F0000FF0000FFULL;
-  v = (v | v >> 16) & 0x1F00000000FFFFULL;
-  v = (v | v >> 32) & 0x1FFFFFULL;
-  return static_cast<std::int32_t>(v) - kPointSteps;
-}
-
-std::int32_t point_code(float coordinate_m) {
-  const long steps = std::lround(static_cast<double>(coordinate_m) / kPointStep_m);
-  return static_cast<std::int32_t>(std::clamp<long>(steps, -kPointSteps, kPointSteps - 1));
 }
 
 }  // namespace
@@ -177,59 +152,6 @@ Mat6 rounded_information(const Mat6& information) {
     }
   }
   return out;
-}
-
-std::uint64_t curve_place(const PointCode& point) {
-  const auto part = [](std::int32_t v) {
-    return spread(static_cast<std::uint64_t>(v + kPointSteps));
-  };
-  return part(point.x) | part(point.y) << 1 | part(point.z) << 2;
-}
-
-PointCode point_at(std::uint64_t curve_place) {
-  return {gathered(curve_place), gathered(curve_place >> 1), gathered(curve_place >> 2), 0};
-}
-
-std::vector<PointCode> point_codes(const KeyframePoints& points) {
-  struct Placed {
-    std::uint64_t place;
-    PointCode code;
-  };
-
-  std::vector<Placed> placed(points.size());
-  for (std::size_t i = 0; i < placed.size(); ++i) {
-    PointCode code{point_code(points.x_m[i]), point_code(points.y_m[i]), point_code(points.z_m[i])};
-    if (!points.intensity.empty()) {
-      constexpr int kTop = 255 / kIntensityStep;
-      const int steps = (points.intensity[i] + kIntensityStep / 2) / kIntensityStep;
-      code.intensity = static_cast<std::uint8_t>(std::min(steps, kTop));
-    }
-    placed[i] = {curve_place(code), code};
-  }
-  std::sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) {
-    return std::tie(a.place, a.code.intensity) < std::tie(b.place, b.code.intensity);
-  });
-  std::vector<PointCode> codes;
-  codes.reserve(placed.size());
-  for (const Placed& p : placed) codes.push_back(p.code);
-  return codes;
-}
-
-void points_of(const std::vector<PointCode>& codes, KeyframePoints& out) {
-  const std::size_t n = codes.size();
-  const bool with_intensity = !out.intensity.empty();
-  out.x_m.resize(n);
-  out.y_m.resize(n);
-  out.z_m.resize(n);
-  out.intensity.resize(with_intensity ? n : 0);
-  for (std::size_t i = 0; i < n; ++i) {
-    out.x_m[i] = static_cast<float>(codes[i].x * kPointStep_m);
-    out.y_m[i] = static_cast<float>(codes[i].y * kPointStep_m);
-    out.z_m[i] = static_cast<float>(codes[i].z * kPointStep_m);
-    if (with_intensity) {
-      out.intensity[i] = static_cast<std::uint8_t>(codes[i].intensity * kIntensityStep);
-    }
-  }
 }
 
 std::int64_t range_code(double length_m) { return std::llround(length_m / kRangeStep_m); }

@@ -63,28 +63,9 @@ struct ScaledCode {
 /// Its symmetric part, entries rounded to 48 bits.
 [[nodiscard]] geometry::Mat6 rounded_information(const geometry::Mat6& information);
 
-/// A point in steps of 1 cm from the body's origin (algorithms_fleet 11.3).
-struct PointCode {
-  std::int32_t x = 0, y = 0, z = 0;
-  std::uint8_t intensity = 0;
-};
-
-inline constexpr double kPointStep_m = 0.01;
-inline constexpr std::int32_t kPointSteps = 1 << 20;  ///< coordinates are within +-kPointSteps
-/// Index along a space-filling curve that keeps neighbours together, 21 bits per axis (Morton
-/// order).
-[[nodiscard]] std::uint64_t curve_place(const PointCode& point);
-[[nodiscard]] PointCode point_at(std::uint64_t curve_place);
-/// All points, ordered by curve index, then by intensity.
-[[nodiscard]] std::vector<PointCode> point_codes(const KeyframePoints& points);
-void points_of(const std::vector<PointCode>& codes, KeyframePoints& out);
-
 /// Lengths and positions of ranges, in steps of 0.1 mm.
 inline constexpr double kRangeStep_m = 1e-4;
 [[nodiscard]] std::int64_t range_code(double length_m);
 [[nodiscard]] double range_of(std::int64_t code);
-
-/// Intensities are sent in steps of 16: enough for a picture, at half the bytes.
-inline constexpr int kIntensityStep = 16;
 
 }  // namespace rali::fleet

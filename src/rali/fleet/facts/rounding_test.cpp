@@ -108,20 +108,5 @@ TEST(Rounding, doubles_are_rounded_to_32_and_48_bits_even_in_adjacent_pairs) {
   EXPECT_EQ(rounded48(1.0 + std::ldexp(1.0, -38)), 1.0);
 }
 
-TEST(Rounding, morton_codes_interleave_coordinate_bits_and_decode_exactly) {
-  // Offsets from the corner: x 1, y 2, z 4 -> bits x0 at 0, y1 at 4, z2 at 8.
-  const PointCode corner{1 - kPointSteps, 2 - kPointSteps, 4 - kPointSteps, 0};
-  EXPECT_EQ(curve_place(corner), 1U << 0 | 1U << 4 | 1U << 8);
-  Rng rng(4);
-  for (int k = 0; k < 1000; ++k) {
-    const auto any = [&rng] {
-      return static_cast<std::int32_t>(rng.below(2U << 20)) - kPointSteps;
-    };
-    const PointCode p{any(), any(), any(), 0};
-    const PointCode back = point_at(curve_place(p));
-    EXPECT_TRUE(back.x == p.x && back.y == p.y && back.z == p.z);
-  }
-}
-
 }  // namespace
 }  // namespace rali::fleet

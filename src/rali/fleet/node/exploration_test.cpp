@@ -21,15 +21,16 @@ void run(Job& job, bool cancelled = false) {
 /// Ground up to 8 m around a body 0.5 m above it, scanned in rings.
 KeyframePoints ground_around(std::uint32_t keyframe) {
   KeyframePoints points;
+  PointArrays arrays;
   points.keyframe = keyframe;
   for (int ring = 0; ring < 40; ++ring) {
-    for (int ray = 0; ray < 180; ++ray) {
-      const double turn = 2.0 * std::numbers::pi * ray / 180.0, r_m = 0.4 + 0.2 * ring;
-      points.x_m.push_back(static_cast<float>(r_m * std::cos(turn)));
-      points.y_m.push_back(static_cast<float>(r_m * std::sin(turn)));
-      points.z_m.push_back(-0.5F);
+    for (int ray = 0; ray < 720; ++ray) {
+      const double turn = 2.0 * std::numbers::pi * (ray + 0.5) / 720.0, r_m = 0.4 + 0.2 * ring;
+      arrays.push_back(static_cast<float>(r_m * std::cos(turn)),
+                       static_cast<float>(r_m * std::sin(turn)), -0.5F);
     }
   }
+  points.points = PackedPoints(arrays);
   return points;
 }
 

@@ -13,13 +13,13 @@ using geometry::Vec3;
 
 namespace {
 
-map::KeyframeView view_of(VehicleId vehicle, Time t, const SE3& T_map_body,
-                          const KeyframePoints& points) {
+map::KeyframeView view_of(VehicleId vehicle, Time t, const SE3& T_map_body, const SE3& T_body_lidar,
+                          const PointArrays& points) {
   map::KeyframeView view;
   view.t = t;
   view.vehicle = static_cast<std::uint8_t>(vehicle.value);
   view.T_map_body = T_map_body;
-  view.T_body_lidar = points.T_body_lidar;
+  view.T_body_lidar = T_body_lidar;
   view.x_m = points.x_m;
   view.y_m = points.y_m;
   view.z_m = points.z_m;
@@ -82,8 +82,11 @@ bool ExploreMap::draw_new(const Placement& placed, StopFlag stop) {
     const Node* node = node_of(id);
     if (node == nullptr || drawn_.contains(id) || !placed.holds(node->stream)) continue;
     const SE3 T = placed.T_map_body(node->stream, node->keyframe, node->T_odom_body);
-    const auto& points = std::get<KeyframePoints>(fact->body);
-    if (grid_.add(id, view_of(id.vehicle, node->t, T, points))) drawn_.insert(id);
+    const auto& seen = std::get<KeyframePoints>(fact->body);
+    const PointArrays points = seen.points.unpacked();
+    if (grid_.add(id, view_of(id.vehicle, node->t, T, seen.T_body_lidar, points))) {
+      drawn_.insert(id);
+    }
   }
   return true;
 }

@@ -53,13 +53,9 @@ FleetMapper::FleetMapper(const NodeSettings& settings, const FleetKnowledge& kno
 
 void FleetMapper::add(const FactPtr& fact) {
   waiting_.push_back(fact);
-  if (const auto* step = std::get_if<Increment>(&fact->body)) {
-    Increment light = *step;
-    light.inertial.reset();
-    paths_.add(fact->key, fact->t, light);
-  } else if (std::holds_alternative<EpochStart>(fact->body)) {
-    paths_.add(fact->key, fact->t, fact->body);
-  }
+  const bool of_path = std::holds_alternative<Increment>(fact->body) ||
+                       std::holds_alternative<EpochStart>(fact->body);
+  if (of_path) paths_.add(fact);
 }
 
 const VehiclePath* FleetMapper::last_path_of(VehicleId vehicle) const {
@@ -152,7 +148,7 @@ void FleetMapper::take(FleetEstimate estimate) {
     if (after != keyframes.begin()) {
       const auto& [id, pose] = *std::prev(after);
       const auto node = id.vehicle == frame.vehicle ? path->node_of(id.seq) : std::nullopt;
-      if (node) T = pose.T_map_body * path->nodes()[*node].step.T_odom_body.inverse();
+      if (node) T = pose.T_map_body * path->nodes()[*node].step->T_odom_body.inverse();
     }
     placed->T_map_odom[stream] = T;
   }

@@ -83,7 +83,7 @@ class FleetMapper {
   std::vector<FactPtr> waiting_;         ///< not added to the centre yet
   std::optional<Legacy> legacy_;         ///< likewise
   std::uint64_t generation_ = 0;         ///< of the frames: incremented with each legacy
-  FleetPaths paths_;                     ///< without points, ranges and inertial data
+  FleetPaths paths_;                     ///< without points and ranges
   std::optional<SeparatorPrior> separator_;
   RoundCentre::Work work_;
   std::shared_ptr<const Placement> placed_ = std::make_shared<const Placement>();

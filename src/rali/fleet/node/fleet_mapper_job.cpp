@@ -6,7 +6,7 @@ namespace rali::fleet {
 
 void FleetMapperJob::run(Executor& executor, const std::atomic<bool>& cancel) {
   const StopFlag stop(cancel);
-  for (const FactPtr& fact : std::exchange(facts_, {})) centre_->add(*fact);
+  for (const FactPtr& fact : std::exchange(facts_, {})) centre_->add(fact);
   if (legacy_) static_cast<void>(centre_->take_over(legacy_->separator, legacy_->keyframes));
   legacy_.reset();
   const RoundCentre::Work before = centre_->work();

@@ -20,14 +20,15 @@ std::vector<VehiclePath>::iterator place_of(std::vector<VehiclePath>& paths, con
 
 }  // namespace
 
-void FleetPaths::add(const FactKey& key, Time t, const FactBody& body) {
+void FleetPaths::add(const FactPtr& fact) {
+  const FactKey& key = fact->key;
   const auto known = place_of(paths_, key);
-  if (known != paths_.end() && is_of(*known, key)) return known->add(t, body);
+  if (known != paths_.end() && is_of(*known, key)) return known->add(fact);
   auto path = place_of(waiting_, key);
   if (path == waiting_.end() || !is_of(*path, key)) {
     path = waiting_.insert(path, VehiclePath(key.vehicle, key.epoch));
   }
-  path->add(t, body);
+  path->add(fact);
   if (path->nodes().empty()) return;
   paths_.insert(known, std::move(*path));
   waiting_.erase(path);

@@ -11,7 +11,7 @@ namespace rali::fleet {
 class FleetPaths {
  public:
   /// Duplicates of a fact with the same key must be removed before.
-  void add(const FactKey& key, Time t, const FactBody& body);
+  void add(const FactPtr& fact);
 
   /// Those that have a node, by vehicle and epoch.
   [[nodiscard]] const std::vector<VehiclePath>& all() const { return paths_; }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,18 +17,22 @@ struct PathPlace {
   geometry::SE3 T_odom_body;  ///< the body at the time, on an arc of constant twist
 };
 
-/// One vehicle's path in one odom frame, built from its facts in any order.
+/// One vehicle's path in one odom frame, built from its facts in any order. It shares the facts'
+/// data: many copies of a path take little memory.
 class VehiclePath {
  public:
   struct Node {
     Time t;
-    Increment step;
+    std::shared_ptr<const Increment> step;
   };
 
   explicit VehiclePath(VehicleId vehicle, std::uint32_t epoch = 0)
       : vehicle_(vehicle), epoch_(epoch) {}
 
-  void add(Time t, const FactBody& body);
+  void add(const FactPtr& fact);
+
+  /// The same for a body without a fact.
+  void add(Time t, FactBody body);
 
   [[nodiscard]] VehicleId vehicle() const { return vehicle_; }
 
@@ -55,7 +60,9 @@ class VehiclePath {
   [[nodiscard]] std::optional<PathPlace> at(Time t) const;
 
   /// By time, as recorded by this vehicle.
-  [[nodiscard]] const std::vector<RangeEntry>& ranges() const { return ranges_; }
+  [[nodiscard]] const std::vector<std::shared_ptr<const RangeEntry>>& ranges() const {
+    return ranges_;
+  }
 
   /// By keyframe.
   [[nodiscard]] const std::map<std::uint32_t, KeyframePoints>& points() const { return points_; }
@@ -81,8 +88,8 @@ class VehiclePath {
  private:
   /// The first node not before this number.
   [[nodiscard]] std::vector<Node>::const_iterator numbered(std::uint32_t number) const;
-  void add_node(Time t, const Increment& step);
-  void add_ranges(const RangeBlock& block);
+  void add_node(Time t, std::shared_ptr<const Increment> step);
+  void add_range(std::shared_ptr<const RangeEntry> range);
 
   VehicleId vehicle_;
   std::uint32_t epoch_ = 0;
@@ -90,7 +97,7 @@ class VehiclePath {
   std::vector<Node> nodes_;
   std::map<std::uint32_t, std::uint32_t> keyframes_;  ///< to the number of its node
   std::map<std::uint32_t, KeyframePoints> points_;
-  std::vector<RangeEntry> ranges_;
+  std::vector<std::shared_ptr<const RangeEntry>> ranges_;
   geometry::Vec3 up_unlevelled_ = geometry::Vec3::UnitZ();
 };
 

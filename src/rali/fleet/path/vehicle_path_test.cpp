@@ -43,7 +43,7 @@ TEST(VehiclePath, order_of_arrival_and_repetition_change_nothing) {
   const VehiclePath ordered = straight();
   ASSERT_EQ(path.nodes().size(), 4U);
   for (std::size_t k = 0; k < 4; ++k) {
-    EXPECT_EQ(path.nodes()[k].step.node, k);
+    EXPECT_EQ(path.nodes()[k].step->node, k);
     EXPECT_EQ(path.ties_to_before(k), ordered.ties_to_before(k));
   }
   EXPECT_EQ(path.node_of(1), 2U);

@@ -127,7 +127,7 @@ TEST(FleetCodec, keyframe_numbers_of_the_last_epoch_survive_a_round_trip) {
   step.keyframe = last;
   fleet::KeyframePoints points;
   points.keyframe = last;
-  points.x_m = points.y_m = points.z_m = {1.0F};
+  points.points = fleet::PackedPoints(fleet::PointArrays{{1.0F}, {1.0F}, {1.0F}, {}});
   fleet::Loop loop;
   loop.from = {VehicleId{1}, last};
   loop.to = {VehicleId{2}, 0};

@@ -16,7 +16,7 @@ namespace rali::wire {
 /// of noise from 0.9 m above its floor and 0.1 m off its middle; a door recess of 0.3 m in both
 /// walls every 5 m. Averaged in cubes of leaf_m; no surface lies on a border of cubes, where noise
 /// would count it twice.
-inline fleet::KeyframePoints corridor_keyframe(double leaf_m, bool with_intensity) {
+inline fleet::PointArrays corridor_points(double leaf_m, bool with_intensity) {
   constexpr double kHalfWidth_m = 2.0, kFloor_m = -0.9, kCeiling_m = 2.1, kFar_m = 100.0;
   const auto range = [](double x, double y, double z) {
     double wall = std::numeric_limits<double>::infinity();
@@ -55,17 +55,22 @@ inline fleet::KeyframePoints corridor_keyframe(double leaf_m, bool with_intensit
       c.n += 1.0;
     }
   }
-  fleet::KeyframePoints points;
+  fleet::PointArrays points;
   for (const auto& [key, c] : cells) {
-    points.x_m.push_back(static_cast<float>(c.x / c.n));
-    points.y_m.push_back(static_cast<float>(c.y / c.n));
-    points.z_m.push_back(static_cast<float>(c.z / c.n));
+    points.push_back(static_cast<float>(c.x / c.n), static_cast<float>(c.y / c.n),
+                     static_cast<float>(c.z / c.n));
     if (with_intensity) {
       const double paint = 60.0 + 20.0 * std::sin(0.5 * c.x / c.n) + 8.0 * rng.normal();
       points.intensity.push_back(static_cast<std::uint8_t>(std::clamp(paint, 0.0, 255.0)));
     }
   }
   return points;
+}
+
+inline fleet::KeyframePoints corridor_keyframe(double leaf_m, bool with_intensity) {
+  fleet::KeyframePoints keyframe;
+  keyframe.points = fleet::PackedPoints(corridor_points(leaf_m, with_intensity));
+  return keyframe;
 }
 
 }  // namespace rali::wire

@@ -7,7 +7,6 @@
 #include <zstd.h>
 
 #include "rali/fleet/facts/quantise.hpp"
-#include "rali/fleet/facts/rounding.hpp"
 
 namespace rali::wire {
 
@@ -81,8 +80,8 @@ Bytes compressed(const std::vector<std::uint8_t>& planes) {
 }  // namespace
 
 void write_point_block(BodyWriter& body, const fleet::KeyframePoints& points) {
-  const bool with_intensity = !points.intensity.empty();
-  const std::vector<PointCode> codes = fleet::point_codes(points);
+  const bool with_intensity = points.points.has_intensity();
+  const std::vector<PointCode> codes = points.points.codes();
   body.section(kHeadSection, [&](PackWriter& a) { layout_head(a, points); });
   body.section(kPointSection, [&](PackWriter& a) {
     a.varint(codes.size());
@@ -106,8 +105,7 @@ void read_point_block(BodyReader& body, fleet::KeyframePoints& points) {
     if (ZSTD_isError(got) != 0 || got != planes.size()) {
       return a.fail_with("holds points that cannot be unpacked");
     }
-    points.intensity.assign(with_intensity ? n : 0, 0);
-    fleet::points_of(codes_of(planes, n, with_intensity), points);
+    points.points = fleet::PackedPoints(codes_of(planes, n, with_intensity), with_intensity);
   });
 }
 
