@@ -53,7 +53,7 @@ ExcessVerdict ExcessWatch::look(const ExcessSample& sample) {
   std::optional<Change> change = this->change(now, sample);
   // An excess that becomes a little smaller is not over.
   if (t_excess_ && change && -change->size_m < settings_.end_fraction * step_m_) change.reset();
-  if (t_excess_ && fits_again(sample)) {
+  if (t_excess_ && (fits_again(sample) || has_returned(sample))) {
     reset();
     follow(now);
     return ExcessVerdict::kNone;
@@ -68,6 +68,8 @@ ExcessVerdict ExcessWatch::look(const ExcessSample& sample) {
     return change && change->far() ? ExcessVerdict::kWaiting : ExcessVerdict::kNone;
   }
   step_m_ = pending_m();
+  const Seen before{pending_.front().seen.t,
+                    pending_.front().seen.unexplained_m - pending_.front().change.size_m};
   restart_at_pending();
   if (t_excess_) {
     t_excess_.reset();
@@ -76,6 +78,7 @@ ExcessVerdict ExcessWatch::look(const ExcessSample& sample) {
   fitting_ = 0;
   if (step_m_ < 0.0) return ExcessVerdict::kRelieved;
   t_excess_ = now.t;
+  before_ = before;
   return ExcessVerdict::kExcess;
 }
 
@@ -147,6 +150,18 @@ bool ExcessWatch::fits_again(const ExcessSample& sample) {
                     std::hypot(sample.pose_sigma_m, sample.sigma_m) < step_m_ / kApart_sigmas;
   fitting_ = fits ? fitting_ + 1 : 0;
   return fitting_ >= settings_.level_min;
+}
+
+/// The last ones are nearer to the level before the excess than to the excess. It may have gone
+/// without a step: a few long ranges, or an obstacle that goes gradually.
+bool ExcessWatch::has_returned(const ExcessSample& sample) const {
+  constexpr double kOpen_sigmas = 2.0;
+  if (seen_.size() < static_cast<std::size_t>(settings_.level_samples)) return false;
+  const double age_s = seconds_between(before_.t, sample.t);
+  const double open_m =
+      kOpen_sigmas * std::hypot(sample.speed_sigma_mps * age_s, sample.turn_sigma_m);
+  const double above_m = level_before(seen_.end()).unexplained_m - before_.unexplained_m;
+  return above_m + open_m < 0.5 * step_m_;
 }
 
 /// Whether a range within an excess is at the level before it. Noise alone must not take one of the

@@ -49,7 +49,8 @@ struct ExcessSample {
 /// about the obstacle: ranges are compared with each other, not with the pose. An obstacle that
 /// comes gradually, or while ranges are missing, makes a step against the ranges of some seconds
 /// before; there it must exceed what the motion leaves open. For the same reason an excess outlasts
-/// missing ranges: it also ends when several ranges fit the pose. Between people who walk in the
+/// missing ranges: it also ends when several ranges fit the pose, or are back at the level before
+/// it. Between people who walk in the
 /// way single ranges pass: meanwhile those at the level before are used. A step
 /// down without a step up before means that the track started with an excess.
 class ExcessWatch {
@@ -95,6 +96,7 @@ class ExcessWatch {
                                double sigma_m);
   [[nodiscard]] double pending_m() const;
   [[nodiscard]] bool fits_again(const ExcessSample& sample);
+  [[nodiscard]] bool has_returned(const ExcessSample& sample) const;
   [[nodiscard]] bool passes(const Seen& now);
   void drop_pending();
   void restart_at_pending();
@@ -108,6 +110,7 @@ class ExcessWatch {
   std::vector<Pending> pending_;  ///< of a possible step
   std::optional<Time> t_excess_;
   double step_m_ = 0.0;
+  Seen before_{};              ///< the level before the excess
   int fitting_ = 0;            ///< in a row, while there is an excess
   std::vector<Seen> passing_;  ///< the last ones, in a row, that were not too long
 };

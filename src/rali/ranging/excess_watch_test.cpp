@@ -54,6 +54,19 @@ TEST(ExcessWatch, refuses_a_two_second_burst_from_its_first_range) {
   fed.expect_quiet(60, 0.0);
 }
 
+// Reflections: a step of four ranges that is no longer than the noise allows, and no step down.
+TEST(ExcessWatch, a_few_long_ranges_do_not_shut_out_those_at_the_level_before) {
+  Fed fed;
+  fed.speed_sigma_mps = 0.03;
+  fed.pose_sigma_m = 0.15;
+  fed.expect_quiet(100, 0.0);
+  for (const double nu_m : {0.45, 0.8, 0.25, 0.3, 0.25}) static_cast<void>(fed.next(nu_m));
+  ASSERT_TRUE(fed.watch.in_excess());
+  for (int k = 0; k < 20; ++k) static_cast<void>(fed.quiet(0.2 - 0.01 * k));  // sinks gradually
+  for (int k = 0; k < 12; ++k) static_cast<void>(fed.quiet(0.0));
+  fed.expect_quiet(40, 0.0);
+}
+
 TEST(ExcessWatch, refuses_a_second_burst_like_the_first) {
   Fed fed;
   fed.expect_quiet(40, 0.0);
