@@ -1,8 +1,9 @@
 #include "rali/vehicle/range_stage.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+
+#include <Eigen/Eigenvalues>
 
 #include "rali/ranging/path_fit.hpp"
 #include "rali/ranging/range_model.hpp"
@@ -257,7 +258,8 @@ bool RangeStage::is_excess(Pair& pair, const RangeSample& sample, const Predicti
 }
 
 /// Checked again only after some time or distance: ray casting in the map costs more than the rest.
-/// Where the pose is uncertain, walls must block the line at both ends of its interval too.
+/// Walls must block the line wherever the other may be: a peer in a tunnel is often known only
+/// along it, least of all its height after a hundred metres in a tilted odom.
 bool RangeStage::blocked(Pair& pair, Time t, const Prediction& prediction,
                          const AugmentedFilter& filter) const {
   const ranging::SightSettings& s = settings_.ranging.sight;
@@ -273,13 +275,19 @@ bool RangeStage::blocked(Pair& pair, Time t, const Prediction& prediction,
   pair.blocked = false;
   if (length_m < 3.0 * s.end_m) return false;
   const Vec3 end = s.end_m / length_m * (q - p);
-  const Mat3 P = filter.position_covariance();
-  const Vec3 spread = 2.0 * P.diagonal().cwiseMax(0.0).cwiseSqrt();
-  const std::array<double, 3> sides{0.0, -1.0, 1.0};
-  const bool walls = std::all_of(sides.begin(), sides.end(), [&](double side) {
-    return filter.surfaces_between(p + end + side * spread, q - end) >= s.surfaces;
-  });
-  pair.blocked = walls || leaves_seen_space(p + end, q - end, filter);
+  const auto blocks = [&](const Vec3& shift) {
+    const Vec3 from = p + end, to = q - end + shift;
+    return filter.surfaces_between(from, to) >= s.surfaces || leaves_seen_space(from, to, filter);
+  };
+  pair.blocked = blocks(Vec3::Zero());
+  if (!pair.blocked) return false;
+  constexpr double kSpread_sigmas = 2.0;
+  const Eigen::SelfAdjointEigenSolver<Mat3> spread(prediction.P_between_m2);
+  for (int k = 0; k < 3 && pair.blocked; ++k) {
+    const double sigma_m = std::sqrt(std::max(0.0, spread.eigenvalues()[k]));
+    const Vec3 shift = kSpread_sigmas * sigma_m * spread.eigenvectors().col(k);
+    pair.blocked = blocks(shift) && blocks(-shift);
+  }
   return pair.blocked;
 }
 

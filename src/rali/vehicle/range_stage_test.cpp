@@ -17,11 +17,12 @@ using sensor::RangeSample;
 
 TEST(RangeStage, a_range_update_matches_the_hand_computed_gain) {
   Staged s;
-  // Between the antennas, across the line: 0.2901 m2 (0.04 + 0.5^2 + 1e-4) and 0.0401 m2. The mean
-  // of the second-order term, half their sum / 10 = 16.5 mm, is not subtracted.
+  // Between the antennas, across the line: 0.2901 m2 (0.04 + 0.5^2 + 1e-4), and vertically
+  // 0.0801 m2 (0.04 + 1e-4 + the error of level, 0.2^2). The mean of the second-order term, half
+  // their sum / 10 = 18.5 mm, is not subtracted.
   // S: own position 0.04, the peer's 0.04, bias 0.01, stamps 1 (m/s)^2 (0.02 s)^2, the range 0.1^2
-  // + 0.0101^2, and the second-order term half of 0.02901^2 + 0.00401^2.
-  const double S = 0.04 + 0.04 + 0.01 + 0.0004 + 0.01010201 + 0.5 * (8.41580e-4 + 1.60801e-5);
+  // + 0.0101^2, and the second-order term half of 0.02901^2 + 0.00801^2.
+  const double S = 0.04 + 0.04 + 0.01 + 0.0004 + 0.01010201 + 0.5 * (8.41580e-4 + 6.41601e-5);
   const RangeUse use = s.one(0.0, 10.1);
   EXPECT_EQ(use.reason, RangeReason::kUsed);
   EXPECT_NEAR(use.predicted_m, 10.0, 1e-9);
