@@ -133,7 +133,7 @@ class PathFiller {
     if (before_ && epoch_before_ == node.epoch && !node.step->begins) {
       keyframe->T_previous_this = before_->T_odom_body.inverse() * keyframe->T_odom_body;
       fleet::tie_by_filter(keyframe->information_relative, before_->covariance,
-                           keyframe->covariance, {});
+                           keyframe->covariance, {1e-3, 0.01});
     }
     keyframe->T_body_lidar = T_body_lidar_.value_or(SE3{});
     if (const auto seen = points_.find(*node.step->keyframe); seen != points_.end()) {

@@ -226,10 +226,12 @@ void JointGraph::add_steps(std::size_t path) {
       shape.information =
           shape_information(step.lidar_information, before.T_odom_body, settings_.shape,
                             unseen_variance_m2(before.covariance, step.covariance));
-      if (degenerate_steps_ == DegenerateSteps::kFilter) {
-        tie_by_filter(shape.information, before.covariance, step.covariance, settings_.shape);
-      } else if (!inertial) {
-        loosen_gap(shape.information, settings_.shape);
+      const ShapeSettings& s = settings_.shape;
+      const bool by_filter = degenerate_steps_ == DegenerateSteps::kFilter;
+      if (by_filter || !inertial) {
+        tie_by_filter(
+            shape.information, before.covariance, step.covariance,
+            by_filter ? LeastSigma{s.loose_rad, s.loose_m} : LeastSigma{s.known_rad, s.gap_m});
       }
     }
     if (inertial) add_regained(path, k, shape);

@@ -95,19 +95,15 @@ bool is_loose(const Mat6& lidar_information, const ShapeSettings& s) {
          weakest(I.bottomRightCorner<3, 3>()) * s.loose_m * s.loose_m < 1.0;
 }
 
-void loosen_gap(Mat6& shape, const ShapeSettings& s) {
-  shape += inverse_squares(s.known_rad, s.gap_m);
-}
-
 void tie_by_filter(Mat6& shape, const Mat6& covariance_before, const Mat6& covariance,
-                   const ShapeSettings& s) {
+                   const LeastSigma& least) {
   const Mat6 grown = covariance - covariance_before;
   const auto maximum = [](const Mat3& block) {
     return std::sqrt(std::max(
         0.0, Eigen::SelfAdjointEigenSolver<Mat3>(block, Eigen::EigenvaluesOnly).eigenvalues()[2]));
   };
-  shape += inverse_squares(std::max(s.loose_rad, maximum(grown.topLeftCorner<3, 3>())),
-                           std::max(s.loose_m, maximum(grown.bottomRightCorner<3, 3>())));
+  shape += inverse_squares(std::max(least.rad, maximum(grown.topLeftCorner<3, 3>())),
+                           std::max(least.m, maximum(grown.bottomRightCorner<3, 3>())));
 }
 
 }  // namespace rali::fleet

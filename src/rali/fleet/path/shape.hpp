@@ -75,11 +75,14 @@ struct Regained {
                                              const geometry::Mat6& lidar_information,
                                              const ShapeSettings& settings);
 
-/// Adds the information of the filter's step where neither LiDAR nor inertial data bridge a gap.
-void loosen_gap(geometry::Mat6& shape, const ShapeSettings& settings);
+/// The least sigma of a step.
+struct LeastSigma {
+  double rad = 0.0, m = 0.0;
+};
 
-/// Adds the information of the filter's step by the growth of its covariance.
+/// Adds the information of the filter's step by the growth of its covariance: a step is known no
+/// better than the filter knows it, whose speed may be unknown.
 void tie_by_filter(geometry::Mat6& shape, const geometry::Mat6& covariance_before,
-                   const geometry::Mat6& covariance, const ShapeSettings& settings);
+                   const geometry::Mat6& covariance, const LeastSigma& least);
 
 }  // namespace rali::fleet
