@@ -27,9 +27,7 @@ constexpr double kDampingMax = 1e6;    // of a step, in units of the prior hold_
 constexpr std::size_t kBlock = 256;
 constexpr double kFirm = 1e3;  // times the largest information: fixes the pose in this direction
 constexpr double kSameDirection = 0.9;  // cosine
-/// Fraction of all information: with less of the vertical its slope is the normals' noise.
-constexpr double kVerticalMin = 0.01;
-constexpr double kPivotMin = 1e-9;  // relative; less observable rotations are not adapted
+constexpr double kPivotMin = 1e-9;      // relative; less observable rotations are not adapted
 
 Mat3 inverse_of_rotation(const Mat6& I) {
   const Eigen::SelfAdjointEigenSolver<Mat3> rotation(Mat3(I.topLeftCorner<3, 3>()));
@@ -56,20 +54,16 @@ PlaneResidual plane_residual(const SE3& T_odom_body, const Vec3& p_body, const V
 std::optional<Vec3> weakest_translation(const Mat6& I, const Vec3& near) {
   const Mat3 I_pr = I.bottomLeftCorner<3, 3>();
   const Mat3 I_t = I.bottomRightCorner<3, 3>() - I_pr * inverse_of_rotation(I) * I_pr.transpose();
-  // Azimuths are compared, each with the slope at which it is seen least. A passage is never quite
-  // level in odom, whose z axis is off by the accelerometer's bias: the ground sees a level motion
-  // there, and removing that information would remove the height's, too.
+  // Only directions in the horizontal plane spanned by `near` and `across` are candidates; the
+  // vertical is weak too where few normals point up.
   const Vec3 up = Vec3::UnitZ();
-  const Vec3 I_up = I_t * up;
-  const double known = up.dot(I_up) + kVerticalMin * I_t.trace();
-  if (!(known > 0.0)) return std::nullopt;
   const Vec3 across = up.cross(near).normalized();
   Eigen::Matrix<double, 3, 2> B;
-  B << near - (near.dot(I_up) / known) * up, across - (across.dot(I_up) / known) * up;
-  const Eigen::Matrix2d seen = B.transpose() * I_t * B;
-  if (!seen.allFinite()) return std::nullopt;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(seen);
-  const Vec3 weakest = (B * solver.eigenvectors().col(0)).normalized();
+  B << near, across;
+  const Eigen::Matrix2d flat = B.transpose() * I_t * B;
+  if (!flat.allFinite()) return std::nullopt;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(flat);
+  const Vec3 weakest = B * solver.eigenvectors().col(0);
   if (std::abs(weakest.dot(near)) < kSameDirection) return std::nullopt;
   return weakest;
 }

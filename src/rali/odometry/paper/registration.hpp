@@ -25,9 +25,9 @@ struct PlaneResidual {
                                            const geometry::Vec3& q_odom,
                                            const geometry::Vec3& n_odom);
 
-/// The direction of translation with the least information in a Gauss-Newton system, rotations left
-/// free: horizontal or along a slope, never the vertical; nothing if it is more than 25 degrees off
-/// `near` (unit, horizontal, in odom).
+/// The horizontal direction of translation with the least information in a Gauss-Newton system,
+/// rotations left free; nothing if it is more than 25 degrees off `near` (unit, horizontal, in
+/// odom).
 [[nodiscard]] std::optional<geometry::Vec3> weakest_translation(const geometry::Mat6& I,
                                                                 const geometry::Vec3& near);
 
