@@ -169,6 +169,19 @@ TEST(RangeStage, takes_ranges_through_mapped_walls_as_upper_bounds_only) {
   EXPECT_LT(one_wall.filter.applied_R[0], 0.011);
 }
 
+// The peer is 0.8 m to the side, known to 0.54 m (0.05 rad at 10 m) or to 0.2 m.
+TEST(RangeStage, walls_block_a_range_only_if_they_do_wherever_the_peer_may_be) {
+  for (const double sigma_rad : {0.05, 0.001}) {
+    VehicleSettings settings = settings_with_prior();
+    settings.peers[0].prior->T_self_peer.p.y() = 0.8;
+    settings.peers[0].prior->sigma_rad = sigma_rad;
+    Staged s(settings);
+    s.filter.walls_y_m = {0.1, 0.2};
+    const RangeUse use = s.one(0.0, 9.98);
+    EXPECT_EQ(use.p_los <= 0.1, sigma_rad < 0.01) << use.p_los;
+  }
+}
+
 TEST(RangeStage, marks_a_burst_of_long_ranges_as_nlos_from_the_first) {
   Staged s;
   s.filter.now.v_odom_mps = Vec3::Zero();
