@@ -76,9 +76,7 @@ std::optional<KnownLandmark> place_of(const PeerWatch& peer, const Vec3& p_peer_
   place.p_odom_m = T_odom_start * (T_start_body * p_peer_m);
   // An error of the heading moves the position across the line of sight to it.
   const Vec3 arm = prior.sigma_rad * up_odom.cross(place.p_odom_m - T_odom_first.p);
-  // Neither is level to better than an accelerometer's bias: that moves it up or down.
-  constexpr double kLevel_rad = 0.02;  // 0.2 m/s^2
-  const Vec3 rise = kLevel_rad * (place.p_odom_m - T_odom_first.p).norm() * up_odom;
+  const Vec3 rise = level_error_m((place.p_odom_m - T_odom_first.p).norm()) * up_odom;
   place.covariance_m2 = prior.sigma_m * prior.sigma_m * geometry::Mat3::Identity() +
                         arm * arm.transpose() + rise * rise.transpose();
   if (peer.moved) {

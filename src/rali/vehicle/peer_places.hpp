@@ -54,4 +54,8 @@ struct ReceivedPeer {
                                                     const geometry::SE3& T_odom_first,
                                                     const geometry::Vec3& up_odom);
 
+/// Sigma of the height at a distance: no odom is level to better than an accelerometer's bias, here
+/// 0.2 m/s^2.
+[[nodiscard]] inline double level_error_m(double distance_m) { return 0.02 * distance_m; }
+
 }  // namespace rali::vehicle

@@ -281,10 +281,9 @@ bool RangeStage::blocked(Pair& pair, Time t, const Prediction& prediction,
   };
   pair.blocked = blocks(Vec3::Zero());
   if (!pair.blocked) return false;
-  // However the landmark was found, ranges hardly measure its height, and neither end is level to
-  // better than an accelerometer's bias.
-  constexpr double kSpread_sigmas = 2.0, kLevel_rad = 0.02;  // 0.2 m/s^2
-  const Vec3 rise = kLevel_rad * length_m * up_odom_;
+  // However the landmark was found, ranges hardly measure its height.
+  constexpr double kSpread_sigmas = 2.0;
+  const Vec3 rise = level_error_m(length_m) * up_odom_;
   const Eigen::SelfAdjointEigenSolver<Mat3> spread(
       Mat3(prediction.P_between_m2 + rise * rise.transpose()));
   for (int k = 0; k < 3 && pair.blocked; ++k) {
